@@ -1,54 +1,59 @@
-"""Which files a recording has, and in which order."""
+"""Which files a recording has."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 
 import yaml
 
 from ml2_receiver.errors import RecordingError
 
+from .foreign_formats import unsupported_by_name
+
 _SUFFIX = ".mcap"
 
 
-def bag_files(path: Path, first_ns: Callable[[Path], int | None]) -> list[Path]:
-    """Returns the files of a recording in the order of their messages.
+def bag_files(path: Path) -> tuple[list[Path], list[str]]:
+    """Returns the files of a recording, and what is left out, in words.
 
     In a folder they are those that metadata.yaml names, as rosbag2 wrote it. Without it they are
-    all .mcap files, by the time of their first message: names say nothing reliable.
+    all .mcap files; names say nothing reliable. An empty one beside others is left out.
 
     Args:
         path: a folder, or one file.
-        first_ns: returns the time of a file's first message, or None if it has none.
 
     Raises:
-        RecordingError: there are none, one is missing, or two have the same messages.
+        RecordingError: there are none, one is missing or of a format that is not read, or the
+            folder cannot be read.
     """
-    if not path.is_dir():
-        return [path]
-    if (named := _named(path)) is not None:
-        return named
-    files = sorted(path.glob(f"*{_SUFFIX}"))
-    if not files:
-        others = sorted(it.name for it in path.iterdir() if _is_unsupported(it))
-        if others:
-            raise _unsupported(path / others[0])
+    try:
+        return _files_of(path) if path.is_dir() else ([path], [])
+    except OSError as error:
+        raise RecordingError(f"cannot read {error.filename or path}: {error.strerror}") from error
+
+
+def _files_of(path: Path) -> tuple[list[Path], list[str]]:
+    there = sorted(path.glob(f"*{_SUFFIX}"))
+    others = [error for it in sorted(path.iterdir()) if (error := unsupported_by_name(it))]
+    files = _named(path)
+    if files is not None:
+        surplus = [it.name for it in there if it not in files]
+        left_out = [f"{it}, which metadata.yaml does not name" for it in surplus]
+    elif there:
+        files, left_out = there, [str(it) for it in others]
+    elif others:
+        raise others[0]
+    else:
         raise RecordingError(f"expected {_SUFFIX} files in {path}, found none")
-    times = {file: first_ns(file) for file in files}
-    ordered = sorted(files, key=lambda it: (times[it] is None, times[it] or 0))
-    for one, other in pairwise(ordered):
-        if times[one] == times[other] is not None:
-            raise RecordingError(
-                f"{one} and {other.name} begin with the same message",
-                hint="One is a copy of the other: name one of the files instead of the folder.",
-            )
-    return ordered
+    empty = [it for it in files if not it.stat().st_size]
+    if len(empty) < len(files):
+        files = [it for it in files if it not in empty]
+        left_out += [f"{it.name}, which is empty" for it in empty]
+    return files, left_out
 
 
 def _named(folder: Path) -> list[Path] | None:
-    """The files that metadata.yaml names; None without one."""
+    """The files that metadata.yaml names, once each; None without one."""
     metadata = folder / "metadata.yaml"
     try:
         document = yaml.load(metadata.read_bytes(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
@@ -65,32 +70,21 @@ def _named(folder: Path) -> list[Path] | None:
             hint="Remove it: then all .mcap files of the folder are read.",
         ) from error
     if mode == "MESSAGE":
-        raise RecordingError(
-            f"not supported: {folder} has messages compressed one by one (MESSAGE)",
-            hint="Convert it with `ros2 bag convert`, or record with compressed chunks instead.",
-        )
+        raise messages_compressed(folder)
     for file in files:
-        if _is_unsupported(file):
-            raise _unsupported(file)
+        if unsupported := unsupported_by_name(file):
+            raise unsupported
         if not file.exists():
             raise RecordingError(
                 f"{metadata} names {file.name}, which is not there",
                 hint="Bring it back, or remove metadata.yaml to read the other files.",
             )
-    return files or None
+    return list(dict.fromkeys(files)) or None
 
 
-def _is_unsupported(file: Path) -> bool:
-    return file.name.endswith((".db3", ".mcap.zstd", ".db3.zstd"))
-
-
-def _unsupported(file: Path) -> RecordingError:
-    if file.name.endswith(".mcap.zstd"):
-        return RecordingError(
-            f"not supported: {file.name} is compressed as a whole (compression_mode FILE)",
-            hint=f"Unpack it: zstd --decompress {file}",
-        )
+def messages_compressed(path: Path) -> RecordingError:
+    """Returns what to say of a recording whose messages are compressed one by one."""
     return RecordingError(
-        f"not supported: {file.name} is in rosbag2's SQLite format",
-        hint="Convert it to MCAP with `ros2 bag convert`.",
+        f"not supported: {path} has messages compressed one by one (MESSAGE)",
+        hint="Convert it with `ros2 bag convert`, or record with compressed chunks instead.",
     )

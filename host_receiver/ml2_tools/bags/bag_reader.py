@@ -1,31 +1,21 @@
 """Reads recordings, also truncated ones of a receiver that was killed."""
 
-import io
-import struct
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-import lz4.frame  # type: ignore[import-untyped]
-import zstandard
-from mcap.exceptions import McapError
-from mcap.reader import SeekingReader
-from mcap.records import Channel, Chunk, McapRecord, Message, Schema
-from mcap.stream_reader import MAGIC_SIZE, StreamReader, breakup_chunk
-from mcap.summary import Summary
+from .bag_files import bag_files, messages_compressed
+from .bag_topics import BagTopics
+from .copies import Copies
+from .foreign_formats import ZSTD_MAGIC
+from .headsets import Headset, choose, config_topics
+from .mcap_file import Part, read_contents, read_messages
 
-from ml2_receiver.errors import ProtocolError, RecordingError
-from ml2_receiver.topics.config_topic import ConfigText
-from ml2_receiver.topics.string_message import decode_string
-
-from .bag_files import bag_files
-
-# Of a record that is read, and of a chunk that is unpacked. `ml2-receiver record` ends a chunk with
-# the message that makes it larger than 4 MiB; other programs make some of 100 MB.
-MAX_RECORD_BYTES = 256 * 1024 * 1024
-_CONFIG_SUFFIX, _STRING = "/config", "std_msgs/msg/String"
-BROKEN = (McapError, OverflowError, ValueError, KeyError, struct.error, zstandard.ZstdError)
+_NEVER = (1 << 64, 0)  # times have 64 bits
 
 
 @dataclass(frozen=True)
@@ -37,8 +27,27 @@ class BagMessage:
     payload: bytes
 
 
+class BagPart(NamedTuple):
+    """Messages of a recording that are read at once; parts compare by when they begin.
+
+    Attributes:
+        number: counts the parts in the order of the files.
+        file: counts the files.
+        topics: those of the messages, without those that are left out.
+    """
+
+    begin_ns: int
+    number: int
+    file: int
+    part: Part
+    topics: frozenset[str]
+
+
 class Bag:
     """One recording, by this receiver or any other program that writes rosbag2 as MCAP.
+
+    While it is read, the parts of its files that overlap in time are in memory: as recorders write
+    them, one chunk of each file. Not thread-safe.
 
     Args:
         path: a folder with one or more .mcap files, or one such file.
@@ -51,218 +60,168 @@ class Bag:
     """
 
     def __init__(self, path: Path) -> None:
-        self._files = bag_files(path, _first_ns)
-        self.types = self._read_types()
+        self._path = path
+        self._files, self._notes = bag_files(path)
+        contents = [read_contents(file) for file in self._files]
+        self._topics = BagTopics(path, contents)
+        self._all_parts = [(file, part) for file, it in enumerate(contents) for part in it.parts]
+        self._copies = Copies()
+        self._place()
+        self._notes += [
+            f"{it.rest_bytes} B at the end of {file.name}, which are no whole message"
+            for file, it in zip(self._files, contents, strict=True)
+            if it.rest_bytes
+        ]
+
+    @property
+    def types(self) -> Mapping[str, str]:
+        return self._topics.types
 
     @property
     def size_bytes(self) -> int:
         return sum(file.stat().st_size for file in self._files)
 
+    @property
+    def begin_ns(self) -> int:
+        """The time of the first message; 0 without one."""
+        if self._topics.are_all_read:
+            return self._parts[0].begin_ns if self._parts else 0
+        return next((it.time_ns for it in self._in_order(self._parts)), 0)
+
+    @property
+    def end_ns(self) -> int:
+        """The time of the last message; 0 without one."""
+        end_ns = 0
+        for it in sorted(self._parts, key=lambda it: -it.part.end_ns):
+            if it.part.end_ns <= end_ns:
+                break
+            if self._topics.are_all_read:
+                return it.part.end_ns
+            end_ns = max([end_ns, *(message.time_ns for message in self._read(it))])
+        return end_ns
+
+    @property
+    def left_out(self) -> list[str]:
+        """What is not among the messages, in words, after they have been read once."""
+        copies = self._copies.count
+        words = [f"{copies} messages that another file has, too"] if copies else []
+        return [*self._notes, *self._topics.left_out(), *words]
+
     def messages(self) -> Iterator[BagMessage]:
-        """Yields all messages in the order of the files, which is that of arrival; checks CRCs.
+        """Yields all messages in the order of their times; checks CRCs.
+
+        A message that several files have comes once.
 
         Raises:
             RecordingError: a file is broken before its end; a truncated file is no error.
         """
-        for file in self._files:
-            yield from named_messages(file, _records(file), {})
+        self._copies = Copies()
+        yield from self._in_order(self._parts, self._copies)
 
-    def _read_types(self) -> Mapping[str, str]:
-        types = {}
-        for file in self._files:
-            schemas: dict[int, str] = {}
-            for record in _indexed(file) or _records(file):
-                if isinstance(record, Schema):
-                    schemas[record.id] = record.name
-                elif isinstance(record, Channel):
-                    types[record.topic] = schemas.get(record.schema_id, "")
-        return types
+    def _place(self) -> None:
+        """Finds the parts that have messages of the topics that are read."""
+        placed = (
+            BagPart(part.begin_ns, number, file, part, self._topics_of(file, part))
+            for number, (file, part) in enumerate(self._all_parts)
+        )
+        self._parts = sorted((it for it in placed if it.topics), key=lambda it: it[:2])
+        self._may_have_copies = _may_have_copies(self._parts)
+
+    def _topics_of(self, file: int, part: Part) -> frozenset[str]:
+        names = self._topics.names[file]
+        return frozenset(names[id] for id in part.counts if id in names)
+
+    def _in_order(
+        self, parts: Sequence[BagPart], copies: Copies | None = None
+    ) -> Iterator[BagMessage]:
+        """Yields the messages of parts, which are in the order of their beginnings."""
+        copies = copies or Copies()
+        waiting: list[tuple[int, int, int, int, BagMessage]] = []
+        begins = [*(it[:2] for it in parts[1:]), _NEVER]
+        for it, following in zip(parts, begins, strict=False):
+            waiting += (
+                (message.time_ns, it.number, place, it.file, message)
+                for place, message in enumerate(self._read(it))
+            )
+            waiting.sort()
+            ready = waiting[: bisect_left(waiting, following, key=_place_of)]
+            del waiting[: len(ready)]
+            for time_ns, _, _, file, message in ready:
+                if self._may_have_copies:
+                    copies.at(time_ns)
+                    if copies.is_copy(file, message):
+                        continue
+                yield message
+
+    def _read(self, it: BagPart) -> list[BagMessage]:
+        """The messages of a part in the order of the file."""
+        file, names = self._files[it.file], self._topics.names[it.file]
+        found = []
+        for record in read_messages(file, it.part):
+            if record.channel_id in names:
+                if record.data.startswith(ZSTD_MAGIC):
+                    raise messages_compressed(file)
+                name = names[record.channel_id]
+                found.append(BagMessage(name, record.log_time, record.data))
+        return found
 
 
 class BagReader(Bag):
-    """One recording of `ml2-receiver record`.
+    """The topics of one headset, and those of no headset, in a recording of `ml2-receiver record`.
+
+    Args:
+        headset: the prefix of its topics, the name of its receiver, or that of the device; None if
+            the recording has only one.
 
     Attributes:
         config: the headset's answer to the first configuration.
         prefix: the prefix of the headset's topics.
 
     Raises:
-        RecordingError: the recording cannot be read, or is not one of `ml2-receiver record`.
+        RecordingError: the recording cannot be read, is not one of `ml2-receiver record`, or has
+            several headsets or none of that name.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, headset: str | None = None) -> None:
+        self._headset: Headset | None = None
         super().__init__(path)
-        self._path = path
-        names = {
-            name
-            for name, type in self.types.items()
-            if name.endswith(_CONFIG_SUFFIX) and type == _STRING
-        }
-        if not names:
-            raise RecordingError(
-                f"{path} is not a recording of ml2-receiver: it has no topic .../config"
-            )
-        topic, self.config = self._read_config(names)
-        self.prefix = topic.removesuffix(_CONFIG_SUFFIX)
+        firsts = self._first_payloads(config_topics(self.types))
+        self._headset = choose(path, firsts, headset)
+        self.config, self.prefix = self._headset.config, self._headset.prefix
+        if self._headset.others:
+            self._topics.restrict(self._headset.has)
+            self._place()
 
-    def _read_config(self, names: set[str]) -> tuple[str, ConfigText]:
-        """The headset's configuration, by its content: other nodes may name a topic so, too."""
-        found: dict[str, ConfigText] = {}
-        wrong: dict[str, Exception] = {}
-        for message in self.messages():
-            topic = message.topic
-            if topic not in names or topic in found or topic in wrong:
-                continue
-            try:
-                found[topic] = ConfigText.parse(decode_string(message.payload))
-            except (ValueError, ProtocolError) as error:
-                wrong[topic] = error
-            if len(found) + len(wrong) == len(names):
-                break
-        # An app's own topics are below its headset's, whatever they say.
-        prefixes = [it.removesuffix(_CONFIG_SUFFIX) for it in found]
-        found = {
-            topic: config
-            for topic, config in found.items()
-            if not any(topic.startswith(f"{prefix}/custom/") for prefix in prefixes)
-        }
-        if len(found) > 1:
-            several = ", ".join(sorted(it.removesuffix(_CONFIG_SUFFIX) for it in found))
-            raise RecordingError(
-                f"{self._path} has several headsets: {several}",
-                hint="Copy the topics of one of them into a recording of its own.",
-            )
-        for topic, config in found.items():
-            return topic, config
-        for topic, mistake in wrong.items():
-            raise RecordingError(f"{self._path}: {topic}: {mistake}") from mistake
-        topic = sorted(names)[0]
-        raise RecordingError(f"{self._path} has no message on {topic}: no headset was connected")
+    def _first_payloads(self, topics: set[str]) -> dict[str, bytes | None]:
+        found: dict[str, bytes | None] = dict.fromkeys(topics)
+        missing = set(topics)
+        for part in self._parts:
+            for message in self._read(part) if part.topics & missing else ():
+                if message.topic in missing:
+                    found[message.topic] = message.payload
+                    missing.remove(message.topic)
+        return found
+
+    def _read(self, it: BagPart) -> list[BagMessage]:
+        found, headset = super()._read(it), self._headset
+        if headset is None or not headset.others:
+            return found
+        types = self.types
+        return [it for it in found if headset.has_message(types[it.topic], it.payload)]
 
 
-class Piece(NamedTuple):
-    """Records that are read at once: those in a chunk, or one outside of chunks."""
-
-    offset: int
-    records: list[McapRecord]
-    is_chunk: bool
+def _place_of(waiting: tuple[int, int, int, int, BagMessage]) -> tuple[int, int]:
+    return waiting[:2]
 
 
-def named_messages(
-    file: Path, records: Iterable[McapRecord], names: dict[int, str]
-) -> Iterator[BagMessage]:
-    """Yields the messages among the records of a file.
-
-    Args:
-        names: the topics by the ids of channels so far; those of the records are added.
-
-    Raises:
-        RecordingError: a message is of an unknown channel.
-    """
-    for record in records:
-        if isinstance(record, Channel):
-            names[record.id] = record.topic
-        elif isinstance(record, Message):
-            if record.channel_id not in names:
-                raise RecordingError(f"{file}: message of an unknown channel")
-            yield BagMessage(names[record.channel_id], record.log_time, record.data)
-
-
-def pieces(path: Path, offset: int = 0) -> Iterator[Piece]:
-    """Yields the pieces of a file in their order, from a piece's offset on; 0 is the beginning.
-
-    Raises:
-        RecordingError: the file is broken before its end; a truncated file is no error.
-    """
-    with open_file(path) as file:
-        file.seek(offset)
-        reader = StreamReader(
-            file,
-            skip_magic=offset > 0,
-            emit_chunks=True,
-            validate_crcs=not offset,
-            record_size_limit=MAX_RECORD_BYTES,
-        )
-        offset = max(offset, MAGIC_SIZE)
-        try:
-            for record in reader.records:
-                if isinstance(record, Chunk):
-                    yield Piece(offset, _split_chunk(record), is_chunk=True)
-                else:
-                    yield Piece(offset, [record], is_chunk=False)
-                offset = file.tell()
-        except BROKEN as error:
-            if file.tell() < path.stat().st_size or file.tell() == 0:
-                raise RecordingError(f"{path} is broken: {error}") from error
-
-
-def _split_chunk(chunk: Chunk) -> list[McapRecord]:
-    size = chunk.uncompressed_size
-    if chunk.compression == "zstd":
-        size = max(size, zstandard.frame_content_size(chunk.data))
-    if size > MAX_RECORD_BYTES:
-        raise RecordingError(f"not supported: a chunk of {size} B, at most {MAX_RECORD_BYTES} are")
-    if chunk.compression == "lz4":
-        # Bounded, where mcap would unpack whatever the data say.
-        data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
-        chunk = replace(chunk, compression="", data=data)
-    elif chunk.compression not in ("", "zstd"):
-        raise RecordingError(
-            f"not supported: chunks compressed with {chunk.compression!r}; zstd and lz4 are"
-        )
-    return breakup_chunk(chunk, validate_crc=True)
-
-
-def _indexed(path: Path) -> list[McapRecord]:
-    """Returns the schemas and channels in the file's index; an empty list without a full one."""
-    summary = whole_summary(path)
-    return [] if summary is None else [*summary.schemas.values(), *summary.channels.values()]
-
-
-def whole_summary(path: Path) -> Summary | None:
-    """The index of a file, if it has all parts that are read; all of them are optional."""
-    with open_file(path) as file:
-        try:
-            summary = SeekingReader(file, record_size_limit=MAX_RECORD_BYTES).get_summary()
-        except (*BROKEN, OSError):
-            return None
-    if summary is None or summary.statistics is None:
-        return None
-    statistics = summary.statistics
-    is_whole = (
-        len(summary.channels) == statistics.channel_count
-        and len(summary.chunk_indexes) == statistics.chunk_count
-        and all(it.schema_id in {0, *summary.schemas} for it in summary.channels.values())
-        and sum(statistics.channel_message_counts.values()) == statistics.message_count
-    )
-    return summary if is_whole else None
-
-
-def _first_ns(path: Path) -> int | None:
-    """The time of a file's first message; None without one."""
-    summary = whole_summary(path)
-    if summary is not None and summary.statistics is not None:
-        statistics = summary.statistics
-        return statistics.message_start_time if statistics.message_count else None
-    times = (it.log_time for it in _records(path) if isinstance(it, Message))
-    return next(times, None)
-
-
-def _records(path: Path) -> Iterator[McapRecord]:
-    return (record for piece in pieces(path) for record in piece.records)
-
-
-class _BoundedFile(io.BufferedReader):
-    """A file that refuses to read more bytes at once than the largest record has."""
-
-    def read(self, size: int | None = -1, /) -> bytes:
-        if size is None or not 0 <= size <= MAX_RECORD_BYTES:
-            raise ValueError(f"a record has {size} B, expected at most {MAX_RECORD_BYTES}")
-        return super().read(size)
-
-
-def open_file(path: Path) -> _BoundedFile:
-    try:
-        return _BoundedFile(io.FileIO(path))
-    except OSError as error:
-        raise RecordingError(f"cannot read {path}: {error.strerror}") from error
+def _may_have_copies(parts: Sequence[BagPart]) -> bool:
+    """Returns True if two files overlap in time and have a topic in common."""
+    ends_ns: dict[str, dict[int, int]] = {}
+    for it in parts:
+        for topic in it.topics:
+            by_file = ends_ns.get(topic, {})
+            others = {file: end for file, end in by_file.items() if end >= it.begin_ns}
+            if others.keys() - {it.file}:
+                return True
+            ends_ns[topic] = {it.file: max(others.get(it.file, 0), it.part.end_ns)}
+    return False

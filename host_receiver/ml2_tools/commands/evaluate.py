@@ -17,6 +17,7 @@ from ml2_receiver.commands.stopping import stop_signal
 from ..errors import EvaluationError
 from ..export.kalibr import CAMERAS
 from .optional_packages import optional_packages
+from .reading import add_headset, check_headset, say_left_out
 
 if TYPE_CHECKING:
     from ..evaluation.evaluation import Evaluation
@@ -50,6 +51,7 @@ def add_parser(subparsers: Subparsers) -> None:
         action="store_true",
         help="record from `run` until Ctrl-C, then evaluate",
     )
+    add_headset(parser)
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="prefix of live topics; default: /magic_leap2"
     )
@@ -79,6 +81,8 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     if options.live and options.trajectory is not None:
         raise EvaluationError("--trajectory needs a recording: name it with --bag, not --live")
+    if options.live:
+        check_headset(options.headset)
     with optional_packages(
         "cv2", "matplotlib", command="evaluate", pip="pip install './host_receiver[evaluate]'"
     ):
@@ -104,11 +108,13 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
     truth = None if options.truth is None else read_tum(options.truth)
     if options.trajectory is not None:
         estimate = read_trajectory(options.trajectory)
-        sequence = read_sequence(options.bag, options.camera)
+        sequence = read_sequence(options.bag, options.camera, options.headset)
+        say_left_out(sequence.left_out)
         name = options.trajectory.name
         return evaluate_estimate(sequence, options.camera, name, estimate, truth)
     if not options.live:
-        sequence = read_sequence(options.bag, options.camera)
+        sequence = read_sequence(options.bag, options.camera, options.headset)
+        say_left_out(sequence.left_out)
         return evaluate(sequence, options.camera, truth, _show_progress)
     with ros_needed():
         from ..evaluation.live import record_live

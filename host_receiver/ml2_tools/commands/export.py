@@ -14,7 +14,7 @@ from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
 from ..export.rig import Rig
 from .live import PATIENCE_S
 from .optional_packages import optional_packages
-from .reading import progress
+from .reading import add_headset, check_headset, progress, say_left_out
 
 _IMUS = ("imu_left", "imu_right", "imu_compute_pack")
 _NOISE = {
@@ -56,6 +56,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--euroc", type=Path, metavar="FOLDER", help="where mav0 goes, with images and IMU"
     )
     parser.add_argument("--bag", type=Path, metavar="BAG", help="folder that `record` made")
+    add_headset(parser)
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="prefix of live topics; default: /magic_leap2"
     )
@@ -79,7 +80,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.euroc is not None and options.bag is None:
         raise ExportError("--euroc needs a recording: name it with --bag")
     noise = _noise(options)
-    reader = None if options.bag is None else BagReader(options.bag)
+    if options.bag is None:
+        check_headset(options.headset)
+    reader = None if options.bag is None else BagReader(options.bag, options.headset)
     rig = _rig(options, reader)
     prefix = options.prefix if reader is None else reader.prefix
     topic = None
@@ -90,6 +93,8 @@ def _run(options: argparse.Namespace) -> int:
         _export_kalibr(options.kalibr, rig, topic, noise)
     if reader is not None and options.euroc is not None:
         _export_euroc(options.euroc, reader, rig, topic, noise)
+    if reader is not None:
+        say_left_out(reader.left_out)
     return 0
 
 

@@ -1,18 +1,18 @@
 """ml2-receiver inspect: checks the quality of a recording."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
 from rich.console import Console
 
 from ml2_receiver.commands.options import Subparsers
+from ml2_receiver.json_text import json_text
 
-from ..bags.bag_reader import Bag
+from ..bags.bag_reader import Bag, BagReader
 from ..inspection.inspection import as_objects, inspect, worst
 from ..inspection.table import integrity_table, problems
-from .reading import progress
+from .reading import add_headset, progress, say_left_out
 
 _WIDTH = 160
 _EPILOG = """\
@@ -37,16 +37,19 @@ def add_parser(subparsers: Subparsers) -> None:
         epilog=_EPILOG,
     )
     parser.add_argument("bag", type=Path, metavar="BAG", help="folder of the recording")
+    add_headset(parser)
     parser.add_argument("--json", action="store_true", help="print a list of objects")
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    bag = Bag(options.bag)
+    is_one_chosen = options.headset is not None
+    bag: Bag = BagReader(options.bag, options.headset) if is_one_chosen else Bag(options.bag)
     with progress(bag, "reading") as on_bytes:
         checks = inspect(bag, on_bytes)
+    say_left_out(bag.left_out)
     if options.json:
-        print(json.dumps(as_objects(checks), indent=2))
+        print(json_text(as_objects(checks), indent=2))
     else:
         console = Console(width=None if sys.stdout.isatty() else _WIDTH)
         console.print(integrity_table(checks))

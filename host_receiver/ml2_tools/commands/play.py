@@ -27,6 +27,7 @@ from ..playback.player import Player
 from ..playback.session import Session
 from ..playback.timeline import Timeline
 from .keys import LEFT, RIGHT, Keys
+from .reading import add_headset, say_left_out
 
 _REDRAWS_PER_SECOND = 2.0
 _POLL_S = 0.1
@@ -59,6 +60,7 @@ def add_parser(subparsers: Subparsers) -> None:
         epilog=_EXAMPLES,
     )
     parser.add_argument("bag", type=Path, metavar="BAG", help="folder that `record` made")
+    add_headset(parser)
     parser.add_argument(
         "--receiver",
         type=address,
@@ -101,7 +103,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.start_paused and not sys.stdin.isatty():
         raise PlaybackError("--start-paused needs a terminal, because the space bar ends the pause")
     stopping = stop_signal()
-    reader, table = BagReader(options.bag), load_table()
+    reader, table = BagReader(options.bag, options.headset), load_table()
     repertoire = Repertoire.of(reader, table, options.topics)
     timeline = _timeline(reader, options)
     identity = None if options.insecure else Identity.of(options.keys)
@@ -122,6 +124,10 @@ def _run(options: argparse.Namespace) -> int:
         finally:
             session.finish()
     print(f"played {_progress(player, timeline)}")
+    say_left_out(reader.left_out)
+    if player.unsent:
+        counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(player.unsent.items()))
+        _log_line(f"not sent: {counts}")
     if session.reason is not None:
         raise PlaybackError(session.reason)
     for name in repertoire.surplus:
@@ -131,7 +137,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _timeline(reader: BagReader, options: argparse.Namespace) -> Timeline:
-    begin_ns = next(reader.messages()).time_ns
+    begin_ns = reader.begin_ns
     start_ns = begin_ns + round(options.start_offset * 1e9)
     return Timeline(begin_ns, start_ns, options.rate, is_paused=options.start_paused)
 

@@ -1,12 +1,45 @@
-"""Shows the progress of reading a recording."""
+"""What all commands do that read a recording."""
 
-from collections.abc import Callable, Iterator
+import argparse
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
+from ml2_receiver.errors import RecordingError
+
 from ..bags.bag_reader import Bag
+
+
+def add_headset(parser: argparse.ArgumentParser) -> None:
+    """--headset of a command that reads a recording."""
+    parser.add_argument(
+        "--headset",
+        metavar="NAME",
+        help="of a recording with several: the prefix of its topics, or the name of its receiver"
+        " or device",
+    )
+
+
+def check_headset(headset: str | None) -> None:
+    """Checks the option of a command that reads no recording.
+
+    Raises:
+        RecordingError: it is there.
+    """
+    if headset is not None:
+        raise RecordingError(
+            "--headset is of a recording, but there is none",
+            hint="Name the recording, or leave out --headset.",
+        )
+
+
+def say_left_out(left_out: Iterable[str]) -> None:
+    """Says on stderr what was not read."""
+    for words in left_out:
+        print(f"left out: {words}", file=sys.stderr, flush=True)
 
 
 @contextmanager

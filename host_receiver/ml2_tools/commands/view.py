@@ -21,6 +21,7 @@ from ml2_receiver.transport.listener import everywhere, listen
 
 from .live import PATIENCE_S, diagnostics_node
 from .optional_packages import optional_packages
+from .reading import add_headset, check_headset, say_left_out
 
 if TYPE_CHECKING:
     from ..viewing.steered import Steered
@@ -53,6 +54,7 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="BAG",
         help="folder of a recording; default: the running receiver",
     )
+    add_headset(parser)
     parser.add_argument(
         "--port", type=_port, default=0, help="0 lets the system choose; default: 0"
     )
@@ -103,6 +105,7 @@ def _run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def _live(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
+    check_headset(options.headset)
     with ros_needed():
         from ..viewing.live_source import LiveSource  # reads the profile
         from ..viewing.steering import Steering
@@ -138,7 +141,8 @@ def _recorded(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
             f"--name is of a running receiver, but {options.bag} is a recording",
             hint="Leave out the one or the other.",
         )
-    source = RecordedSource(options.bag)
+    source = RecordedSource(options.bag, options.headset)
+    say_left_out(source.left_out)
     view = View(source, source.receiver, options.eyes)
     try:
         yield view, source

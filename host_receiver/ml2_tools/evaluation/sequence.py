@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,7 @@ class Sequence:
             the last; without frame numbers, the number of images that arrived.
         stamps_ns: the stamps of the images that arrived.
         reference: the poses of the optical frame in the world by /tf; stamps rise.
+        left_out: what the recording has and was not read, in words.
     """
 
     bag: Path
@@ -43,6 +44,7 @@ class Sequence:
     images_sent: int
     stamps_ns: list[int]
     reference: Trajectory
+    left_out: Iterable[str] = ()
 
     def images(self) -> Images:
         """Reads the images from the recording, one at a time.
@@ -77,21 +79,22 @@ def grey_images(payloads: Iterable[bytes], type: str, where: str) -> Images:
         yield stamp_ns, pixels.astype(np.uint8, copy=False)
 
 
-def read_sequence(bag: Path, camera: str) -> Sequence:
+def read_sequence(bag: Path, camera: str, headset: str | None = None) -> Sequence:
     """Reads one camera of a recording; Sequence.images() reads the images on each call.
 
     Args:
         camera: the camera's stream, such as world_center.
+        headset: whose camera, by the names that BagReader takes; None if there is only one.
 
     Raises:
         RecordingError: the file is not a recording of this receiver.
         EvaluationError: images, camera_info or poses of the camera are missing.
     """
-    reader = BagReader(bag)
+    reader = BagReader(bag, headset)
     parts = Parts(reader.prefix, camera, reader.types.get)
     for message in reader.messages():
         parts.take(message.topic, message.payload)
-    return parts.sequence(bag)
+    return replace(parts.sequence(bag), left_out=reader.left_out)
 
 
 class Parts:

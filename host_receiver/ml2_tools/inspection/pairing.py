@@ -11,7 +11,7 @@ from .check import Check, verdict_on_share
 from .survey import Stamps, Survey, TopicRecord
 from .timing import IMAGES
 
-_PARTNERS = ("camera_info", "metadata")
+_PARTNERS = {"camera_info": "sensor_msgs/msg/CameraInfo", "metadata": "std_msgs/msg/String"}
 # A lossy link may lose one message in a hundred.
 _MOST_ALONE = 0.01
 
@@ -22,10 +22,15 @@ def pairing(survey: Survey) -> Iterator[Check]:
         if images.type not in IMAGES:
             continue
         camera = camera_namespace(name)
-        for partner in _PARTNERS:
+        for partner, type in _PARTNERS.items():
             other = survey.topics.get(f"{camera}/{partner}")
-            if other is not None:
+            # Other programs have other texts or messages by that name.
+            if other is not None and other.type == type and not _is_foreign(other):
                 yield _pairs(name, images, partner, other)
+
+
+def _is_foreign(other: TopicRecord) -> bool:
+    return bool(other.foreign) and not other.understood
 
 
 def _pairs(name: str, images: TopicRecord, partner: str, other: TopicRecord) -> Check:

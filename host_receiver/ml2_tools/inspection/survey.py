@@ -39,6 +39,8 @@ class TopicRecord:
         sizes: the number of messages by width and height of an image or camera_info.
         broken: the number of payloads that cannot be decoded.
         fault: the error message of the first broken payload.
+        understood, foreign: the number of texts that are, and that are not, a headset's
+            configuration or the metadata of a capture.
         promised_hz: the rate in the headset's configuration; None without one.
     """
 
@@ -50,6 +52,8 @@ class TopicRecord:
     messages: int = 0
     broken: int = 0
     fault: str = ""
+    understood: int = 0
+    foreign: int = 0
     promised_hz: float | None = None
 
     @property
@@ -93,16 +97,19 @@ def survey(bag: Bag, on_bytes: Callable[[int], None] = lambda _: None) -> Survey
             topic.broken += 1
             topic.fault = topic.fault or str(error)[:200]
         on_bytes(len(message.payload))
+    for topic in found.topics.values():
+        # Another node's topic may have such a name, and other texts.
+        if topic.understood and topic.foreign:
+            topic.broken += topic.foreign
+            topic.fault = topic.fault or f"{topic.foreign} texts are not like the others"
     return found
 
 
 def _take(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
     topic = found.topics[name]
     if topic.type == _STRING:
-        if name.endswith("/config"):
-            _take_promised_rates(found, payload)
-        elif name.endswith("/metadata"):
-            _add_stamp(topic, stamp_reader(_STRING)(payload), time_ns)
+        if name.endswith(("/config", "/metadata")):
+            _take_text(found, name, time_ns, payload)
     elif topic.type == TRANSFORMS:
         is_static = name.endswith("_static")
         for stamp in _transforms(found, payload, is_static=is_static):
@@ -116,6 +123,18 @@ def _take(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
         size = _size(message)
         if size is not None and len(topic.sizes) < _MOST_FRAMES:
             topic.sizes[size] += 1
+
+
+def _take_text(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
+    topic, text = found.topics[name], decode_string(payload)
+    try:
+        if name.endswith("/config"):
+            _take_promised_rates(found, text)
+        else:
+            _add_stamp(topic, stamp_reader(_STRING)(payload), time_ns)
+        topic.understood += 1
+    except (ValueError, ProtocolError):
+        topic.foreign += 1
 
 
 def _size(message: Any) -> tuple[int, int] | None:
@@ -143,12 +162,8 @@ def _transforms(found: Survey, payload: bytes, *, is_static: bool) -> Iterator[i
             yield header_stamp_ns(it.header)
 
 
-def _take_promised_rates(found: Survey, payload: bytes) -> None:
-    try:
-        streams = ConfigText.parse(decode_string(payload)).streams.values()
-    except ProtocolError as error:
-        raise ValueError(str(error)) from error
-    for stream in streams:
+def _take_promised_rates(found: Survey, text: bytes) -> None:
+    for stream in ConfigText.parse(text).streams.values():
         rate = (stream.values or {}).get("update_rate")
         for entry in stream.topics:
             if isinstance(rate, int | float) and rate > 0 and entry.topic in found.topics:

@@ -60,7 +60,8 @@ def _messages(name: str, topic: TopicRecord) -> Check:
     if not topic.messages:
         return Check(name, "messages", "hint", "the topic has no messages", figures)
     if topic.type not in READ:
-        found = f"{topic.messages} messages of {topic.type}, a type that is not checked"
+        type = topic.type or "no type"
+        found = f"{topic.messages} messages of {type}, which is not checked"
         return Check(name, "messages", "hint", found, figures)
     return Check(name, "messages", "ok", f"{topic.messages} messages", figures)
 

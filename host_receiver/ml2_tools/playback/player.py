@@ -1,6 +1,7 @@
 """Sends the messages of a recording when they are due."""
 
 import threading
+from collections import Counter
 from collections.abc import Callable
 
 from ml2_receiver.errors import RecordingError
@@ -17,6 +18,7 @@ from .timeline import Timeline
 
 # The longest wait before the player notices a pause, a jump or a stop.
 _SLICE_S = 0.05
+_NO_TOPIC: tuple[None, Callable[[BagMessage], int]] = None, lambda _: 0
 
 
 class Player:
@@ -25,12 +27,14 @@ class Player:
     Attributes:
         sent: the number of sent messages; any thread may read it.
         sent_bytes: the total size of their payloads; any thread may read it.
+        unsent: the number of messages by topic that were due and are not for the receiver.
     """
 
     def __init__(
         self, reader: BagReader, repertoire: Repertoire, session: Session, timeline: Timeline
     ) -> None:
         self.sent = self.sent_bytes = 0
+        self.unsent = Counter[str]()
         self._reader, self._session, self._timeline = reader, session, timeline
         self._topics = {
             topic.full_name(reader.prefix): (topic, _capture_ns(topic))
@@ -79,10 +83,9 @@ class Player:
         return False
 
     def _send(self, message: BagMessage) -> None:
-        if message.topic not in self._topics:
-            return
-        topic, capture_ns = self._topics[message.topic]
-        if not self._session.is_wanted(topic):
+        topic, capture_ns = self._topics.get(message.topic, _NO_TOPIC)
+        if topic is None or not self._session.is_wanted(topic):
+            self.unsent[message.topic] += 1
             return
         _check(message, topic)
         self._session.send(topic, message.payload, capture_ns(message))

@@ -49,12 +49,15 @@ class RecordedSource:
 
     A thread of its own plays it. A jump shows the newest message of each topic at that time.
 
+    Attributes:
+        left_out: what the recording has and is not shown, in words.
+
     Raises:
         RecordingError: the recording cannot be read.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._bag = IndexedBag(path)
+    def __init__(self, path: Path, headset: str | None = None) -> None:
+        self._bag = IndexedBag(path, headset)
         self._begin_ns, self._end_ns = self._bag.begin_ns, self._bag.end_ns
         self._length_s = (self._end_ns - self._begin_ns) / _NANOS
         self.offer = Offer(length_s=self._length_s)
@@ -64,6 +67,7 @@ class RecordedSource:
             "length": f"{self._length_s:.0f} s",
             "size": f"{self._bag.size_bytes / 1e6:.1f} MB",
         }
+        self.left_out = self._bag.left_out
         self._timeline = Timeline(self._begin_ns, self._begin_ns, 1, is_paused=False)
         # All messages until this time were shown.
         self._shown_ns = self._begin_ns
@@ -152,7 +156,7 @@ class RecordedSource:
         rows = {
             name: {"stream": stream, "type": type}
             for name, (stream, type) in known.items()
-            if bag.types.get(name) == type and (bag.counts[name] or not bag.counts)
+            if bag.types.get(name) == type and bag.counts[name]
         }
         session = {f"state.{it['stream']}": "running" for it in rows.values()}
         rates_hz = {it: bag.counts[it] / self._length_s for it in rows if self._length_s}

@@ -1,0 +1,54 @@
+"""What a file is that is not MCAP, by how it begins."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mcap.writer import MCAP0_MAGIC
+
+from ml2_receiver.errors import RecordingError
+
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+_TO_MCAP = "Convert it to MCAP with `{}`."
+_SQLITE = "is in rosbag2's SQLite format", _TO_MCAP.format("ros2 bag convert")
+_FORMATS = {
+    b"SQLite f": _SQLITE,
+    b"#ROSBAG ": ("is a recording of ROS 1", _TO_MCAP.format("rosbags-convert")),
+    ZSTD_MAGIC: (
+        "is compressed as a whole (compression_mode FILE)",
+        "Unpack it: zstd --decompress {file}",
+    ),
+}
+_ENDINGS = {".db3": _SQLITE, ".mcap.zstd": _FORMATS[ZSTD_MAGIC], ".db3.zstd": _SQLITE}
+
+
+def check_format(file: Path, beginning: bytes) -> None:
+    """Checks the first 8 bytes of a file.
+
+    Raises:
+        RecordingError: they are not those of an MCAP file, or of a truncated one; says of what
+            they are.
+    """
+    if not beginning:
+        raise RecordingError(
+            f"{file} is empty: it has 0 B",
+            hint="The program that wrote it ended before its first message was on disk.",
+        )
+    for magic, said in _FORMATS.items():
+        if beginning.startswith(magic):
+            raise _unsupported(file, *said)
+    if not MCAP0_MAGIC.startswith(beginning):
+        begin = "zeros" if not any(beginning) else repr(beginning)
+        raise RecordingError(f"{file} is broken: not a valid MCAP file, it begins with {begin}")
+
+
+def unsupported_by_name(file: Path) -> RecordingError | None:
+    """Returns what to say of a file with the ending of a format that is not read, else None."""
+    for ending, said in _ENDINGS.items():
+        if file.name.endswith(ending):
+            return _unsupported(file, *said)
+    return None
+
+
+def _unsupported(file: Path, what: str, hint: str) -> RecordingError:
+    return RecordingError(f"not supported: {file.name} {what}", hint=hint.format(file=file))
