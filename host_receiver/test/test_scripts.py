@@ -1,6 +1,7 @@
 """What the scripts of the checkout say where a machine lacks something."""
 
 import os
+import re
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -64,10 +65,10 @@ def run(checkout: Path, *words: str, user: int | None = None) -> tuple[int, list
     return done.returncode, done.stderr.splitlines()
 
 
-def lack(checkout: Path, package: str) -> None:
+def lack(checkout: Path, package: str, group: str = "receiver") -> None:
     """Has setup find that a Debian package is missing."""
     with (checkout / "host_receiver/environment/debian-packages.txt").open("a") as table:
-        table.write(f"{package} no-such-program\n")
+        table.write(f"{package} no-such-program {group}\n")
 
 
 def test_a_script_that_ends_early_says_where_and_of_what(checkout: Path) -> None:
@@ -101,6 +102,36 @@ def test_without_a_network_setup_says_what_to_mend(checkout: Path) -> None:
     assert code == 1
     assert "Could not resolve host" in errors
     assert errors[-1].startswith("setup: apt-get cannot read its lists of packages: mend what")
+
+
+def test_only_packages_of_the_asked_groups_are_installed(checkout: Path) -> None:
+    for group in ("receiver", "lint", "view"):
+        lack(checkout, f"package-of-{group}", group)
+    program(checkout, "apt-get", 'echo "apt-get $*" >&2; test "$1" = update')
+    program(checkout, "sudo", 'test "$1" = -n && shift; exec "$@"')
+    code, errors = run(checkout, "host_receiver/environment/setup.sh", "receiver", "lint")
+    assert code == 1
+    [install] = [it for it in errors if it.startswith("apt-get install")]
+    assert "package-of-receiver" in install
+    assert "package-of-lint" in install
+    assert "package-of-view" not in install
+
+
+def test_an_unknown_group_is_named_with_those_that_are(checkout: Path) -> None:
+    code, errors = run(checkout, "host_receiver/environment/setup.sh", "recieiver")
+    assert code == 1
+    [error] = errors
+    assert error.startswith("setup: no group recieiver: receiver, headset, test")
+
+
+def test_groups_of_the_makefile_are_those_of_the_table() -> None:
+    table = (ROOT / "host_receiver/environment/debian-packages.txt").read_text().splitlines()
+    groups = {it for line in table if line[0] != "#" for it in line.split()[2].split(",")}
+    makefile = (ROOT / "Makefile").read_text()
+    asked = {
+        it for match in re.findall(r"(?<= )setup-([a-z+]+)", makefile) for it in match.split("+")
+    }
+    assert asked == groups - {"receiver"}
 
 
 @is_root
