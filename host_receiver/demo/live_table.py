@@ -37,8 +37,8 @@ class LiveTable:
         self._live.stop()
         self._live.console.print()
 
-    def show(self, snapshot: dict[str, Any]) -> None:
-        """Draws one snapshot of the observer."""
+    def show(self, snapshot: dict[str, Any], simulation: str | None = None) -> None:
+        """Draws one snapshot of the observer, and what the simulation has to say."""
         refused = [
             Text(f"{name} refused: {answer['reason']}", style="yellow")
             for name, answer in snapshot["streams"].items()
@@ -52,8 +52,8 @@ class LiveTable:
             self._full = self._load.note(messages)
         if self._full:
             notes.append(Text(self._full, style="yellow"))
-        if not messages:
-            notes.append(Text("a simulation draws its pictures first: build/demo/headset.log"))
+        if simulation:
+            notes.append(Text(simulation, style="yellow"))
         self._live.update(Group(self._table(snapshot), *notes))
 
     def _note_step(self, snapshot: dict[str, Any]) -> None:

@@ -42,14 +42,37 @@ MLResult CameraConnection::open(MLHandle *out) {
     owner_ = gettid();
     isDisconnected_ = false;
     leasedTo_ = nullptr;
+    timing_ = {};
+    notCaptured_ = 0;
     adjust(Counter::Handles, 1);
     *out = handle;
     return MLResult_Ok;
 }
 
+int64_t CameraConnection::newestDelivered() const {
+    return captureIndex(mlTimeNow() - timing_.delayNanos, timing_.rate_hz);
+}
+
+void CameraConnection::pause() {
+    if (timing_.rate_hz != 0)
+        pausedIndex_ = newestDelivered();
+}
+
 void CameraConnection::start(CaptureTiming timing) {
+    const int64_t newest = captureIndex(mlTimeNow(), timing.rate_hz);
+    if (timing.rate_hz == timing_.rate_hz)
+        notCaptured_ += newest - pausedIndex_;
     timing_ = timing;
-    lastIndex_ = captureIndex(mlTimeNow(), timing.rate_hz);
+    lastIndex_ = newest;
+}
+
+void CameraConnection::leaveOutOverdue() {
+    const int64_t count = newestDelivered() - 1 - lastIndex_;
+    if (count <= 0)
+        return;
+    lastIndex_ += count;
+    notCaptured_ += count;
+    countLeftOut(name_, count);
 }
 
 bool CameraConnection::isDropped(int64_t index) const {
@@ -66,7 +89,7 @@ MLResult CameraConnection::awaitFrame(uint64_t timeout_ms, int64_t *index, bool 
         if (hasFault(kind_, Fault::Get))
             return fault(kind_, Fault::Get) == 1 ? MLResult{MLResult_UnspecifiedFailure} : kDeadObject;
         const int64_t now = mlTimeNow();
-        const int64_t newest = captureIndex(now - timing_.delayNanos, timing_.rate_hz);
+        const int64_t newest = newestDelivered();
         int64_t latest = newest;
         while (latest > lastIndex_ && isDropped(latest))
             latest--;

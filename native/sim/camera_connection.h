@@ -30,7 +30,9 @@ class CameraConnection {
     /** Connects the calling thread, unless a fault is on or there is another client. */
     MLResult open(MLHandle *out);
 
-    /** Starts captures with this timing. */
+    /** Stops captures while settings are applied. */
+    void pause();
+    /** Starts captures with this timing. Their numbers go on if only a pause is between. */
     void start(CaptureTiming timing);
 
     /**
@@ -39,6 +41,14 @@ class CameraConnection {
      */
     MLResult awaitFrame(
         uint64_t timeout_ms, int64_t *index, bool (*delivers)() = [] { return true; });
+
+    int64_t frameNumber(int64_t index) const { return index - notCaptured_; }
+
+    /**
+     * Call it when the frames of the capture that awaitFrame returned had to be rendered. Leaves out the captures that
+     * fell due meanwhile, except the newest.
+     */
+    void leaveOutOverdue();
 
     /** Checks that a get may begin. A second get before the release is a misuse. */
     MLResult beginGet();
@@ -58,6 +68,7 @@ class CameraConnection {
   private:
     friend class CameraCall;
     bool isDropped(int64_t index) const;
+    int64_t newestDelivered() const;
 
     const CameraKind kind_;
     const char *const name_;
@@ -67,6 +78,8 @@ class CameraConnection {
     std::atomic<bool> isDisconnected_{false};
     CaptureTiming timing_{};
     int64_t lastIndex_ = 0;
+    int64_t pausedIndex_ = 0;
+    int64_t notCaptured_ = 0; ///< Captures that the times of this connection have and the camera did not.
     const void *leasedTo_ = nullptr;
     FrameLease lease_;
 };

@@ -1,9 +1,13 @@
 // ml2sim_color: the frames of the colour camera, encoded once and repeated. On the device Camera2 delivers them.
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <vector>
 
 #include "clock.h"
+#include "counters.h"
 #include "frame_cache.h"
 #include "head_path.h"
 #include "jpeg.h"
@@ -39,9 +43,10 @@ bool isOffered(const ml2sim_color_request &request) {
     return isRate && std::any_of(std::begin(kCameraSizes), std::end(kCameraSizes), fits);
 }
 
-/** A cached frame: its size, then the JPEG. Unused pages take no memory. */
+/** A cached frame: its size, then the JPEG. */
 using JpegBytes = uint32_t;
-size_t capacity(const ml2sim_color_request &request) { return size_t{request.width} * request.height * 3 + 65536; }
+/** Noise of the largest deviation takes 1.2 bytes for a pixel. */
+size_t capacity(const ml2sim_color_request &request) { return size_t{request.width} * request.height * 3 / 2 + 65536; }
 
 RenderPlan renderPlan(const ml2sim_color_request &request) {
     const auto headPath = HeadPath::current();
@@ -50,7 +55,7 @@ RenderPlan renderPlan(const ml2sim_color_request &request) {
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 10;
     const auto rays =
         std::make_shared<Lazy<RayTable>>([request] { return RayTable(colorLens(request.width, request.height)); });
-    const auto draw = [=](size_t index, uint8_t *frame) {
+    const auto draw = [=](size_t index, uint8_t *frame) -> size_t {
         const Pose camera = compose(headPath->atFrame(index, request.rate_hz).head, mount(Camera::Color));
         std::vector<uint8_t> rgb(size_t{request.width} * request.height * 3);
         renderColor(*HeadPath::scene(), rays->get(), camera, hologram, rgb.data(), size_t{request.width} * 3,
@@ -58,11 +63,25 @@ RenderPlan renderPlan(const ml2sim_color_request &request) {
         const auto used = static_cast<JpegBytes>(
             encodeJpeg(rgb.data(), request.width, request.height, frame + sizeof(JpegBytes), capacity(request)));
         std::memcpy(frame, &used, sizeof used);
+        return sizeof used + used;
     };
     const auto inputs = headPath->inputs() + " noise=" + std::to_string(sigma) + " " + std::to_string(request.width) +
                         "x" + std::to_string(request.height) + "@" + std::to_string(request.rate_hz);
     return {hologram ? "mixed_reality" : "color", inputs, sizeof(JpegBytes) + capacity(request),
             headPath->frameCount(request.rate_hz), draw};
+}
+
+/** The camera in one mode: it leaves out captures that fall due while a frame is rendered, except the newest. */
+struct Mode {
+    std::mutex mutex;
+    int64_t leftOut = 0;
+};
+
+Mode &modeOf(const ml2sim_color_request &request) {
+    static std::mutex mutex;
+    static std::map<std::array<uint32_t, 4>, Mode> modes;
+    const std::lock_guard lock(mutex);
+    return modes[{request.width, request.height, request.rate_hz, request.with_hologram}];
 }
 
 void writeIntrinsics(const PlumbBob &lens, float out[12]) {
@@ -93,18 +112,29 @@ void ml2sim_color_pixels(const uint8_t *jpeg, uint32_t jpeg_bytes, uint8_t *nv21
 int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos, ml2sim_color_frame *out) {
     if (!isOffered(*request))
         return -1;
+    const uint32_t rate_hz = request->rate_hz;
+    auto &mode = modeOf(*request);
     const auto cache = FrameCache::of(renderPlan(*request));
     const auto headPath = HeadPath::current();
     headPath->start();
-    const int64_t index = captureIndex(mlTimeOfBoottime(boottime_nanos) - kDelayNanos, request->rate_hz);
-    const uint8_t *frame = cache->frame(headPath->frameIndex(index, request->rate_hz));
+    const int64_t index = captureIndex(mlTimeOfBoottime(boottime_nanos) - kDelayNanos, rate_hz);
+    const size_t shown = headPath->frameIndex(index, rate_hz);
+    const std::lock_guard lock(mode.mutex);
+    const bool isDrawn = FrameCache::draw({{cache.get(), shown}});
+    const uint8_t *frame = cache->frame(shown);
     *out = {};
     std::memcpy(&out->jpeg_bytes, frame, sizeof out->jpeg_bytes);
     out->jpeg = frame + sizeof(JpegBytes);
-    out->frame_number = index;
-    out->capture_mltime = captureTime(index, request->rate_hz);
+    out->frame_number = index - mode.leftOut;
+    out->capture_mltime = captureTime(index, rate_hz);
     out->exposure_nanos = kExposureNanos;
-    out->next_boottime = boottimeOfMlTime(captureTime(index + 1, request->rate_hz) + kDelayNanos);
+    int64_t next = index + 1;
+    if (isDrawn) {
+        next = std::max(next, captureIndex(mlTimeNow() - kDelayNanos, rate_hz));
+        countLeftOut(request->with_hologram != 0 ? "mixed reality" : "colour", next - index - 1);
+        mode.leftOut += next - index - 1;
+    }
+    out->next_boottime = boottimeOfMlTime(captureTime(next, rate_hz) + kDelayNanos);
     writeIntrinsics(colorLens(request->width, request->height), out->intrinsics);
     return 0;
 }

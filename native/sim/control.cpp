@@ -6,7 +6,6 @@
 #include "camera_connection.h"
 #include "clock.h"
 #include "counters.h"
-#include "frame_cache.h"
 #include "head_path.h"
 #include "ml2sim.h"
 #include "perception.h"
@@ -60,8 +59,6 @@ std::string set(const std::string &name, const std::string &value) {
 } // namespace ml2sim
 
 using namespace ml2sim;
-
-int32_t ml2sim_is_drawing(void) { return FrameCache::isDrawing() ? 1 : 0; }
 
 const char *ml2sim_set(const char *key, const char *value) {
     thread_local std::string problem;

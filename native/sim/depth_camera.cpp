@@ -62,6 +62,7 @@ RenderPlan renderPlan(const DepthChoice &wanted) {
         const Pose camera = compose(headPath->atFrame(index, wanted.delivered_hz).head, mount(Camera::Depth));
         renderDepth(*HeadPath::scene(), rays->get(), camera, stream.range, imagesIn(frame, wanted.planes),
                     {sigma, noiseSeed, index, sigmaOfSquare});
+        return planesIn(wanted.planes) * planeBytes();
     };
     const auto inputs = headPath->inputs() + " noise=" + std::to_string(sigma) + "+" + std::to_string(sigmaOfSquare) +
                         " rate=" + std::to_string(wanted.delivered_hz) + " planes=" + std::to_string(wanted.planes);
@@ -70,6 +71,7 @@ RenderPlan renderPlan(const DepthChoice &wanted) {
 }
 
 void apply(const DepthChoice &wanted) {
+    connection.pause();
     choice = wanted;
     cache = nullptr;
     connection.start({wanted.delivered_hz, kDelayNanos});
@@ -97,11 +99,13 @@ MLDepthCameraFrameBuffer *copyPlane(FrameLease &lease, const uint8_t *pixels) {
     return buffer;
 }
 
-/** Starts the stream at the first get. A client that only queries capabilities renders nothing. */
+/** Renders a first frame at the first get: a client that only queries capabilities waits for no scene. */
 void beginFilm() {
     if (cache != nullptr)
         return;
     cache = FrameCache::of(renderPlan(choice));
+    if (FrameCache::draw({{cache.get(), 0}}))
+        connection.leaveOutOverdue();
     HeadPath::current()->start();
 }
 
@@ -111,7 +115,7 @@ void lend(int64_t index, MLDepthCameraData *data) {
     auto *frame = lease.allocate<MLDepthCameraFrame>(2);
     const auto odd = oddFrameAt(kKind, index, 0, 1);
     *frame = {};
-    frame->frame_number = index;
+    frame->frame_number = connection.frameNumber(index);
     frame->frame_timestamp = captureTime(index, choice.delivered_hz);
     frame->frame_type = corruptId(kKind, choice.type);
     frame->camera_pose = reportedCamera(Camera::Depth, frame->frame_timestamp);
@@ -189,7 +193,10 @@ MLResult MLDepthCameraGetLatestDepthData(MLHandle camera, uint64_t timeout_ms, M
     int64_t index = 0;
     if (const auto result = connection.awaitFrame(timeout_ms, &index))
         return result;
+    const bool isDrawn = FrameCache::draw({{cache.get(), HeadPath::current()->frameIndex(index, choice.delivered_hz)}});
     lend(index, inout_data);
+    if (isDrawn)
+        connection.leaveOutOverdue();
     return MLResult_Ok;
 }
 

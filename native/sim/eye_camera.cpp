@@ -46,6 +46,7 @@ RenderPlan renderPlan(const Position &position) {
     const auto draw = [=](size_t index, uint8_t *grey) {
         const double phase = static_cast<double>(index) / static_cast<double>(count);
         renderEye(position.camera, phase, grey, kEyeWidth, {sigma, noiseSeed, index});
+        return size_t{kBytes};
     };
     const auto inputs = "seed=" + std::to_string(noiseSeed) + " noise=" + std::to_string(sigma);
     return {position.name, inputs, kBytes, count, draw};
@@ -62,6 +63,7 @@ MLResult check(const char *function, const MLEyeCameraSettings *settings) {
 }
 
 void apply(const MLEyeCameraSettings &settings) {
+    connection.pause();
     views.clear();
     for (const auto &position : kPositions) {
         const auto id = static_cast<MLEyeCameraIdentifier>(position.camera);
@@ -72,10 +74,18 @@ void apply(const MLEyeCameraSettings &settings) {
     connection.start(kTiming);
 }
 
+/** Renders the frames of a capture. Returns false if that was done before. */
+bool draw(int64_t index) {
+    std::vector<FrameCache::Place> frames;
+    for (const auto &view : views)
+        frames.push_back({view.cache.get(), HeadPath::current()->frameIndex(index, kTiming.rate_hz)});
+    return FrameCache::draw(frames);
+}
+
 MLEyeCameraFrame frameOf(const View &view, int64_t index, OddFrame odd, FrameLease &lease) {
     MLEyeCameraFrame frame{};
     frame.camera_id = corruptId(kKind, view.id);
-    frame.frame_number = index + 100000 * static_cast<int64_t>(view.id);
+    frame.frame_number = connection.frameNumber(index) + 100000 * static_cast<int64_t>(view.id);
     frame.timestamp = captureTime(index, kTiming.rate_hz);
     auto *pixels = lease.allocate<uint8_t>(kBytes);
     std::memcpy(pixels, view.cache->frame(HeadPath::current()->frameIndex(index, kTiming.rate_hz)), kBytes);
@@ -154,7 +164,10 @@ MLResult MLEyeCameraGetLatestCameraData(MLHandle cameras, uint64_t timeout_ms, M
     int64_t index = 0;
     if (const auto result = connection.awaitFrame(timeout_ms, &index))
         return result;
+    const bool isDrawn = draw(index);
     lend(index, inout_data);
+    if (isDrawn)
+        connection.leaveOutOverdue();
     return MLResult_Ok;
 }
 

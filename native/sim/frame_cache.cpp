@@ -1,31 +1,28 @@
 #include "frame_cache.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include <sys/resource.h>
 
-#include <atomic>
+#include <algorithm>
 #include <cerrno>
 #include <cinttypes>
 #include <cstdio>
-#include <cstdlib>
+#include <cstring>
+#include <iterator>
 #include <map>
-#include <mutex>
 #include <thread>
-#include <vector>
 
-#include "lazy.h"
+#include "cache_folder.h"
 #include "settings.h"
 
 namespace ml2sim {
 namespace {
 
-/** Part of the inputs of every plan. Increase it when the renderer or the layout of the frames changes. */
-constexpr int kRendererVersion = 1;
+/** Part of the inputs of every plan. Increase it when the renderer or the layout of the files changes. */
+constexpr int kRendererVersion = 2;
 
-constexpr int kDrawingThreads = 2;
-constexpr size_t kPage = 4096;
+constexpr size_t kDrawingThreads = 2;
+/** What the threads that draw have more than the process. */
+constexpr int kNiceness = 5;
 
 /** FNV-1a. */
 uint64_t hashOf(const std::string &text) {
@@ -35,159 +32,92 @@ uint64_t hashOf(const std::string &text) {
     return hash;
 }
 
-void mustSucceed(bool isDone, const std::string &what) {
-    if (isDone)
-        return;
-    std::perror(("ml2sim: " + what).c_str());
-    std::abort();
+void sayNotKept(const std::string &name) {
+    std::fprintf(stderr, "ml2sim: cannot keep the frames of %s in the cache: %s; this process keeps them in memory\n",
+                 name.c_str(), std::strerror(errno));
 }
 
-std::string cachePath(const RenderPlan &plan) {
-    const auto folder = text(Key::Cache);
+std::unique_ptr<FrameFile> openShared(const RenderPlan &plan, const std::string &folder) {
     if (folder.empty())
-        return "";
-    char file[96];
-    std::snprintf(file, sizeof file, "/%s-%016" PRIx64 ".frames", plan.name.c_str(), hashOf(plan.inputs));
-    return folder + file;
+        return nullptr;
+    char name[96];
+    std::snprintf(name, sizeof name, "%s-%016" PRIx64 ".frames", plan.name.c_str(), hashOf(plan.inputs));
+    const int file = openCacheFile(folder, name, FrameFile::bytesFor(plan.frame_bytes, plan.count));
+    if (file >= 0)
+        return std::make_unique<FrameFile>(file, plan.frame_bytes, plan.count);
+    sayNotKept(plan.name);
+    return nullptr;
 }
-
-std::atomic<int> waiting{0};
-
-/** Counts the threads that wait for rendered frames. */
-struct Waiting {
-    Waiting() { waiting++; }
-    ~Waiting() { waiting--; }
-    Waiting(const Waiting &) = delete;
-    Waiting &operator=(const Waiting &) = delete;
-};
-
-/** Logs the progress of rendering in steps of 25 %. */
-class Progress {
-  public:
-    explicit Progress(const RenderPlan &plan) : plan_(plan) { log(0); }
-
-    /** Counts a rendered frame. Thread-safe. */
-    void step() {
-        const size_t done = ++done_;
-        if (done * 4 / plan_.count > (done - 1) * 4 / plan_.count)
-            log(done * 100 / plan_.count);
-    }
-
-  private:
-    void log(size_t percent) const {
-        std::fprintf(stderr, "ml2sim: drawing %zu frames of %s: %zu %%\n", plan_.count, plan_.name.c_str(), percent);
-    }
-
-    const RenderPlan &plan_;
-    std::atomic<size_t> done_{0};
-};
 
 } // namespace
 
-struct FrameCache::Drawn {
-    std::mutex mutex;
-    std::vector<bool> is;
-};
-
-bool FrameCache::isDrawing() { return waiting > 0; }
-
 std::shared_ptr<FrameCache> FrameCache::of(const RenderPlan &plan) {
-    using Entry = Lazy<std::shared_ptr<FrameCache>>;
     static std::mutex mutex;
-    static std::map<std::string, std::shared_ptr<Entry>> caches;
-    const bool drawsAhead = text(Key::Clock) != "manual";
+    static std::map<std::string, std::shared_ptr<FrameCache>> caches;
+    const auto folder = text(Key::Cache);
     auto known = plan;
     known.inputs += " renderer=" + std::to_string(kRendererVersion) + " count=" + std::to_string(plan.count);
-    const Waiting here;
-    const auto name = (drawsAhead ? "" : "manual ") + known.name + " " + known.inputs;
-    std::unique_lock lock(mutex);
-    auto &entry = caches[name];
-    if (!entry)
-        entry = std::make_shared<Entry>([=] { return std::make_shared<FrameCache>(known, drawsAhead); });
-    const auto cache = entry;
-    lock.unlock();
-    return cache->get();
+    const std::lock_guard lock(mutex);
+    auto &cache = caches[folder + " " + known.name + " " + known.inputs];
+    if (!cache)
+        cache = std::make_shared<FrameCache>(known, folder);
+    return cache;
 }
 
-FrameCache::FrameCache(const RenderPlan &plan, bool drawsAhead)
-    : plan_(plan), stride_((plan.frame_bytes + kPage - 1) / kPage * kPage) {
-    const auto path = drawsAhead ? cachePath(plan) : "";
-    if (!path.empty() && load(path))
-        return;
-    const auto partial = path + "." + std::to_string(getpid());
-    const int file = path.empty() ? memfd_create(plan.name.c_str(), MFD_CLOEXEC)
-                                  : open(partial.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    mustSucceed(file >= 0, "cannot create " + partial);
-    const auto bytes = static_cast<off_t>(stride_ * plan.count);
-    // On a full disk, drawing into a file with holes would end the process by SIGBUS.
-    if (const int failure = drawsAhead ? posix_fallocate(file, 0, bytes) : ftruncate(file, bytes)) {
-        if (!path.empty())
-            unlink(partial.c_str());
-        if (drawsAhead)
-            errno = failure;
-        mustSucceed(false, std::to_string(bytes) + " bytes for the frames of " + plan.name);
-    }
-    map(file);
-    if (drawsAhead) {
-        drawAll();
-    } else {
-        drawn_ = std::make_unique<Drawn>();
-        drawn_->is.resize(plan.count);
-    }
-    if (!path.empty())
-        mustSucceed(rename(partial.c_str(), path.c_str()) == 0, "cannot rename to " + path);
+FrameCache::FrameCache(const RenderPlan &plan, const std::string &folder)
+    : plan_(plan), shared_(openShared(plan, folder)) {}
+
+FrameCache::~FrameCache() { delete own_; }
+
+const uint8_t *FrameCache::find(size_t index) const {
+    if (const uint8_t *frame = shared_ ? shared_->find(index) : nullptr)
+        return frame;
+    const FrameFile *own = own_;
+    return own != nullptr ? own->find(index) : nullptr;
 }
 
-FrameCache::~FrameCache() { munmap(frames_, stride_ * plan_.count); }
-
-/** Maps the file and closes it. */
-void FrameCache::map(int file) {
-    void *memory = mmap(nullptr, stride_ * plan_.count, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-    mustSucceed(memory != MAP_FAILED, "cannot map the frames of " + plan_.name);
-    close(file);
-    frames_ = static_cast<uint8_t *>(memory);
-}
-
-bool FrameCache::load(const std::string &path) {
-    const int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
-    if (file < 0)
-        return false;
-    struct stat found {};
-    if (fstat(file, &found) != 0 || static_cast<size_t>(found.st_size) != stride_ * plan_.count) {
-        close(file);
-        return false;
-    }
-    map(file);
-    mustSucceed(mprotect(frames_, stride_ * plan_.count, PROT_READ) == 0, "cannot protect the frames of " + plan_.name);
-    return true;
-}
-
-void FrameCache::drawAll() {
-    Progress progress(plan_);
+bool FrameCache::draw(const std::vector<Place> &places) {
+    std::vector<Place> wanted;
+    std::copy_if(places.begin(), places.end(), std::back_inserter(wanted),
+                 [](const Place &place) { return place.cache->find(place.index) == nullptr; });
     std::atomic<size_t> next{0};
-    const auto draw = [&] {
-        for (size_t i = next++; i < plan_.count; i = next++) {
-            plan_.draw(i, frames_ + i * stride_);
-            progress.step();
-        }
+    const auto drawSome = [&] {
+        setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + kNiceness); // of this thread alone
+        for (size_t i = next++; i < wanted.size(); i = next++)
+            wanted[i].cache->drawHere(wanted[i].index);
     };
     std::vector<std::thread> threads;
-    for (int i = 0; i < kDrawingThreads; i++)
-        threads.emplace_back(draw);
+    for (size_t i = 0; i < std::min(kDrawingThreads, wanted.size()); i++)
+        threads.emplace_back(drawSome);
     for (auto &thread : threads)
         thread.join();
-    mustSucceed(mprotect(frames_, stride_ * plan_.count, PROT_READ) == 0, "cannot protect the frames of " + plan_.name);
+    return !wanted.empty();
+}
+
+void FrameCache::drawHere(size_t index) {
+    const std::lock_guard lock(drawing_);
+    if (find(index) != nullptr)
+        return;
+    // Elsewhere than in the file: drawing sets a pixel more than once, and other processes may show it meanwhile.
+    const std::unique_ptr<uint8_t[]> pixels(new uint8_t[plan_.frame_bytes]);
+    keep(index, pixels.get(), plan_.draw(index, pixels.get()));
+}
+
+void FrameCache::keep(size_t index, const uint8_t *frame, size_t bytes) {
+    if (own_ == nullptr) {
+        if (shared_ && shared_->write(index, frame, bytes))
+            return;
+        if (shared_)
+            sayNotKept(plan_.name);
+        own_ = new FrameFile(FrameFile::kInMemory, plan_.frame_bytes, plan_.count);
+    }
+    own_.load()->write(index, frame, bytes);
 }
 
 const uint8_t *FrameCache::frame(size_t index) {
-    uint8_t *pixels = frames_ + index * stride_;
-    if (!drawn_)
-        return pixels;
-    const std::lock_guard lock(drawn_->mutex);
-    if (!drawn_->is[index])
-        plan_.draw(index, pixels);
-    drawn_->is[index] = true;
-    return pixels;
+    if (find(index) == nullptr)
+        drawHere(index);
+    return find(index);
 }
 
 } // namespace ml2sim

@@ -1,11 +1,16 @@
 // Rendered frames that are shown in a loop.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <vector>
+
+#include "frame_file.h"
 
 namespace ml2sim {
 
@@ -13,44 +18,51 @@ namespace ml2sim {
 struct RenderPlan {
     std::string name;   ///< For messages and file names, such as world_left.
     std::string inputs; ///< All parameters that draw depends on.
-    size_t frame_bytes;
+    size_t frame_bytes; ///< The most that a frame has.
     size_t count;
-    /** Renders one frame. Called from several threads at once. */
-    std::function<void(size_t index, uint8_t *frame)> draw;
+    /** Renders one frame, always with the same bytes, and returns their number. Called from several threads at once. */
+    std::function<size_t(size_t index, uint8_t *frame)> draw;
 };
 
 /**
- * Holds the rendered frames of a plan in shared memory. With a real clock, two threads render all frames before the
- * first one is shown, which takes seconds, unless the cache folder has them. With a manual clock, where rendering takes
- * no simulated time, each frame is rendered when it is first read.
+ * The frames of a plan. Each is rendered when it is first needed, and kept in a file of the cache folder, which other
+ * processes and later runs share; in memory if there is no folder, or no room. Thread-safe.
  */
 class FrameCache {
   public:
-    /** Returns the cache of a plan; renders it if there is none. Thread-safe; concurrent calls for one plan wait. */
+    /** Returns the cache of a plan. */
     static std::shared_ptr<FrameCache> of(const RenderPlan &plan);
 
-    /** Returns true while a thread waits for rendered frames. Thread-safe. */
-    static bool isDrawing();
-
-    FrameCache(const RenderPlan &plan, bool drawsAhead);
+    /** Use of() instead. `folder` is empty for frames in memory. */
+    FrameCache(const RenderPlan &plan, const std::string &folder);
     ~FrameCache();
     FrameCache(const FrameCache &) = delete;
     FrameCache &operator=(const FrameCache &) = delete;
 
-    /** Returns a frame, read-only and valid for the life of the cache. Thread-safe. */
+    /** A frame of a cache. */
+    struct Place {
+        FrameCache *cache;
+        size_t index;
+    };
+
+    /**
+     * Renders frames, at most two at a time, by threads of a lower priority: so what streams beside is not late.
+     * Returns false if that was done before.
+     */
+    static bool draw(const std::vector<Place> &places);
+
+    /** Returns a frame, rendered now if it was not before; read-only and valid for the life of the cache. */
     const uint8_t *frame(size_t index);
-    size_t count() const { return plan_.count; }
 
   private:
-    void map(int file);
-    bool load(const std::string &path);
-    void drawAll();
+    const uint8_t *find(size_t index) const;
+    void drawHere(size_t index);
+    void keep(size_t index, const uint8_t *frame, size_t bytes);
 
-    struct Drawn;
-    RenderPlan plan_;
-    size_t stride_;
-    uint8_t *frames_ = nullptr;
-    std::unique_ptr<Drawn> drawn_; ///< Null when all frames are rendered.
+    const RenderPlan plan_;
+    std::unique_ptr<FrameFile> shared_;      ///< Null if there is no folder.
+    std::atomic<FrameFile *> own_ = nullptr; ///< For frames that are not in the shared file; null until there are any.
+    std::mutex drawing_;
 };
 
 } // namespace ml2sim

@@ -5,17 +5,12 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "must_succeed.h"
+
 namespace ml2sim {
 namespace {
 
 constexpr size_t kPage = 4096;
-
-void mustSucceed(bool isDone, const char *what) {
-    if (isDone)
-        return;
-    std::perror(what);
-    std::abort();
-}
 
 } // namespace
 
@@ -33,10 +28,10 @@ void FrameLease::begin(size_t bytes) {
             munmap(region.start, region.bytes);
         region.bytes = bytes / kPage * kPage + kPage;
         void *memory = mmap(nullptr, region.bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-        mustSucceed(memory != MAP_FAILED, "ml2sim: mmap");
+        mustSucceed(memory != MAP_FAILED, "mmap");
         region.start = static_cast<uint8_t *>(memory);
     }
-    mustSucceed(mprotect(region.start, region.bytes, PROT_READ | PROT_WRITE) == 0, "ml2sim: mprotect");
+    mustSucceed(mprotect(region.start, region.bytes, PROT_READ | PROT_WRITE) == 0, "mprotect");
     used_ = 0;
     isActive_ = true;
 }
@@ -54,7 +49,7 @@ uint8_t *FrameLease::allocateBytes(size_t bytes) {
 
 void FrameLease::end() {
     auto &region = regions_[current_];
-    mustSucceed(mprotect(region.start, region.bytes, PROT_NONE) == 0, "ml2sim: mprotect");
+    mustSucceed(mprotect(region.start, region.bytes, PROT_NONE) == 0, "mprotect");
     isActive_ = false;
 }
 

@@ -38,9 +38,6 @@ ML2SIM_API const char *ml2sim_set(const char *key, const char *value);
  */
 ML2SIM_API const char *ml2sim_describe_keys(void);
 
-/** Returns 1 while a thread waits for images to be rendered, which keeps all processors busy for seconds; else 0. */
-ML2SIM_API int32_t ml2sim_is_drawing(void);
-
 /** Resets keys, counters, open handles and the tracking session. For tests. */
 ML2SIM_API void ml2sim_reset(void);
 
@@ -69,6 +66,13 @@ typedef struct ml2sim_counters {
 } ml2sim_counters;
 
 ML2SIM_API void ml2sim_get_counters(ml2sim_counters *out);
+
+/**
+ * Returns how many captures all cameras have left out since the start or ml2sim_reset. A frame is rendered when it is
+ * first shown, which takes milliseconds. Captures that fall due meanwhile do not happen, except the newest; they have
+ * no frame number.
+ */
+ML2SIM_API uint64_t ml2sim_captures_left_out(void);
 
 ML2SIM_API int64_t ml2sim_now_mltime(void);
 ML2SIM_API int64_t ml2sim_now_boottime(void);
@@ -136,8 +140,8 @@ typedef struct ml2sim_color_frame {
 } ml2sim_color_frame;
 
 /**
- * Writes the newest frame of the colour camera that is delivered by a time. The first call with a request renders all
- * frames, which takes seconds. Returns 0, or -1 if the device does not have the size or rate.
+ * Writes the newest frame of the colour camera that is delivered by a time. Returns 0, or -1 if the device does not
+ * have the size or rate.
  */
 ML2SIM_API int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos, ml2sim_color_frame *out);
 

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <mutex>
 #include <vector>
 
 #include "camera_connection.h"
 #include "camera_faults.h"
 #include "head_path.h"
-#include "lazy.h"
 #include "render_plans.h"
 #include "scene/render.h"
 #include "tracking.h"
@@ -40,8 +40,8 @@ struct View {
     std::shared_ptr<FrameCache> cache;
 
     /** Each camera and mode numbers its own frames from its start. */
-    int64_t frameNumber(int64_t index) const {
-        return index + 100000 * static_cast<int64_t>(position.id) + 10000 * type;
+    int64_t frameNumber(int64_t number) const {
+        return number + 100000 * static_cast<int64_t>(position.id) + 10000 * type;
     }
 };
 
@@ -51,20 +51,34 @@ FisheyeTangential lens;
 
 FisheyeTangential lensOfKeys() { return worldLens(number(Key::Tangential), number(Key::Tangential)); }
 
+/** Returns the rays of the world cameras, which have equal lenses. The first call for a lens computes them. */
+std::shared_ptr<const RayTable> raysOf(double tangential) {
+    static std::mutex computing;
+    static std::shared_ptr<const RayTable> rays;
+    static double ofTangential;
+    const std::lock_guard lock(computing);
+    if (!rays || ofTangential != tangential)
+        rays = std::make_shared<const RayTable>(worldLens(ofTangential = tangential, tangential));
+    return rays;
+}
+
 RenderPlan renderPlan(const Position &position, MLWorldCameraFrameType type) {
     const auto headPath = HeadPath::current();
     const float gain = type == MLWorldCameraFrameType_LowExposure ? kLowExposureGain : 1;
     const auto sigma = static_cast<float>(number(Key::ImageNoise));
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + position.id;
-    const auto rays = std::make_shared<Lazy<RayTable>>([] { return RayTable(lensOfKeys()); });
+    const double tangential = number(Key::Tangential);
+    const auto shape = lensOfKeys();
+    const size_t bytes = size_t{shape.width} * shape.height;
     const auto draw = [=](size_t index, uint8_t *grey) {
         const Pose camera = compose(headPath->atFrame(index, kTiming.rate_hz).head, mount(position.camera));
-        renderWorld(*HeadPath::scene(), rays->get(), camera, grey, rays->get().width, gain, {sigma, noiseSeed, index});
+        const auto rays = raysOf(tangential);
+        renderWorld(*HeadPath::scene(), *rays, camera, grey, rays->width, gain, {sigma, noiseSeed, index});
+        return bytes;
     };
-    const auto inputs = headPath->inputs() + " tangential=" + std::to_string(number(Key::Tangential)) +
+    const auto inputs = headPath->inputs() + " tangential=" + std::to_string(tangential) +
                         " noise=" + std::to_string(sigma) + " gain=" + std::to_string(gain);
-    const auto shape = lensOfKeys();
-    return {position.name, inputs, size_t{shape.width} * shape.height, headPath->frameCount(kTiming.rate_hz), draw};
+    return {position.name, inputs, bytes, headPath->frameCount(kTiming.rate_hz), draw};
 }
 
 MLResult check(const char *function, const MLWorldCameraSettings *settings) {
@@ -79,14 +93,19 @@ MLResult check(const char *function, const MLWorldCameraSettings *settings) {
     return MLResult_Ok;
 }
 
-/** Renders the frames that the settings request. */
+/** Renders a first frame of each view, for which the scene must be built, before captures begin. */
 void apply(const MLWorldCameraSettings &settings) {
+    connection.pause();
     views.clear();
     lens = lensOfKeys();
     for (const auto &position : kPositions)
         for (const uint32_t type : {MLWorldCameraFrameType_NormalExposure, MLWorldCameraFrameType_LowExposure})
             if ((settings.cameras & position.id) != 0 && (settings.mode & type) != 0)
                 views.push_back({position, type, FrameCache::of(renderPlan(position, type))});
+    std::vector<FrameCache::Place> first;
+    for (const auto &view : views)
+        first.push_back({view.cache.get(), 0});
+    FrameCache::draw(first);
     HeadPath::current()->start();
     connection.start(kTiming);
 }
@@ -101,6 +120,15 @@ bool anyLive() {
     for (const auto &view : views)
         any |= isLive(view);
     return any;
+}
+
+/** Renders the frames of a capture. Returns false if that was done before. */
+bool draw(int64_t index) {
+    std::vector<FrameCache::Place> frames;
+    for (const auto &view : views)
+        if (isLive(view))
+            frames.push_back({view.cache.get(), HeadPath::current()->frameIndex(index, kTiming.rate_hz)});
+    return FrameCache::draw(frames);
 }
 
 MLWorldCameraIntrinsics intrinsics() {
@@ -131,7 +159,7 @@ uint8_t *copyRows(FrameLease &lease, const uint8_t *grey, uint32_t stride) {
 MLWorldCameraFrame frameOf(const View &view, int64_t index, uint32_t stride, OddFrame odd, FrameLease &lease) {
     MLWorldCameraFrame frame{};
     frame.id = corruptId(kKind, view.position.id);
-    frame.frame_number = view.frameNumber(index);
+    frame.frame_number = view.frameNumber(connection.frameNumber(index));
     frame.timestamp = captureTime(index, kTiming.rate_hz);
     frame.intrinsics = intrinsics();
     frame.camera_pose = reportedCamera(view.position.camera, frame.timestamp);
@@ -219,7 +247,10 @@ MLResult MLWorldCameraGetLatestWorldCameraData(MLHandle cameras, uint64_t timeou
     int64_t index = 0;
     if (const auto result = connection.awaitFrame(timeout_ms, &index, anyLive))
         return result;
+    const bool isDrawn = draw(index);
     lend(index, *inout_data);
+    if (isDrawn)
+        connection.leaveOutOverdue();
     return MLResult_Ok;
 }
 

@@ -51,8 +51,6 @@ jstring describeKeys(JNIEnv *env, jclass) {
 
 void useRuntime(JNIEnv *env, jclass, jstring manifest) { setenv("XR_RUNTIME_JSON", Utf(env, manifest).bytes(), 1); }
 
-jboolean isDrawing(JNIEnv *, jclass) { return ml2sim_is_drawing() != 0; }
-
 void inertial(JNIEnv *env, jclass, jint unit, jlong boottime, jfloatArray out) {
     float values[9];
     if (ml2sim_imu(static_cast<uint32_t>(unit), boottime, values, values + 3, values + 6) == 0)
@@ -91,7 +89,6 @@ extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
         method("set", "(Ljava/lang/String;Ljava/lang/String;)Ljava/lang/String;", set),
         method("describeKeys", "()Ljava/lang/String;", describeKeys),
         method("useRuntime", "(Ljava/lang/String;)V", useRuntime),
-        method("isDrawing", "()Z", isDrawing),
         method("inertial", "(IJ[F)V", inertial),
         method("light", "(J)F", light),
         method("pressure", "(IJ)F", pressure),

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "../clock.h"
+#include "../counters.h"
 #include "../depth_modes.h"
 #include "../head_path.h"
 #include "../ml2sim.h"
@@ -18,7 +19,11 @@ class GreyPictures : public Pictures {
   public:
     GreyPictures(const RenderPlan &plan, const Mode &mode, int64_t exposureNanos)
         : Pictures(mode.rate_hz, 9000000, exposureNanos), cache_(FrameCache::of(plan)),
-          width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {}
+          width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {
+        FrameCache::draw({{cache_.get(), 0}});
+    }
+
+    void draw(int64_t index) override { Pictures::draw(*cache_, index); }
 
     Plane plane(XrPixelSensorFrameTypeML, int64_t index) override {
         return {cache_->frame(frameIndex(index)), width_, height_, 1, width_ * height_};
@@ -41,7 +46,11 @@ class DepthPictures : public Pictures {
     DepthPictures(uint32_t stream, const Mode &mode)
         : Pictures(choice(stream, mode).delivered_hz, 7000000, stream == 0 ? 1600000 : 375000),
           cache_(FrameCache::of(depthRenderPlan(choice(stream, mode)))), pixels_(mode.size.width * mode.size.height),
-          width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {}
+          width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {
+        FrameCache::draw({{cache_.get(), 0}});
+    }
+
+    void draw(int64_t index) override { Pictures::draw(*cache_, index); }
 
     Plane plane(XrPixelSensorFrameTypeML type, int64_t index) override {
         const uint8_t *planes = cache_->frame(frameIndex(index));
@@ -81,6 +90,8 @@ class ColorPictures : public Pictures {
         : Pictures(mode.rate_hz, 15000000, 8000000), request_{static_cast<uint32_t>(mode.size.width),
                                                               static_cast<uint32_t>(mode.size.height), mode.rate_hz,
                                                               isMixed} {}
+
+    void draw(int64_t index) override { plane(XR_PIXEL_SENSOR_JPEG_ML, index); }
 
     Plane plane(XrPixelSensorFrameTypeML, int64_t index) override {
         constexpr int64_t kSurely = 1000;
@@ -124,12 +135,17 @@ template <class Lens, class Intrinsics> void writeShape(const Lens &lens, Intrin
 } // namespace
 
 std::shared_ptr<Pictures> Pictures::of(const SensorModel &sensor, uint32_t stream, const Mode &mode) {
-    HeadPath::current()->start();
+    std::shared_ptr<Pictures> pictures;
     if (sensor.camera == CameraId::Depth)
-        return std::make_shared<DepthPictures>(stream, mode);
-    if (sensor.camera == CameraId::Color)
-        return std::make_shared<ColorPictures>(mode, stream == 1 && mode.reality == XR_PIXEL_SENSOR_REALITY_MIXED_ML);
-    return std::make_shared<GreyPictures>(greyFilm(sensor.camera, stream), mode, stream == 0 ? 5000000 : 1000000);
+        pictures = std::make_shared<DepthPictures>(stream, mode);
+    else if (sensor.camera == CameraId::Color)
+        pictures =
+            std::make_shared<ColorPictures>(mode, stream == 1 && mode.reality == XR_PIXEL_SENSOR_REALITY_MIXED_ML);
+    else
+        pictures =
+            std::make_shared<GreyPictures>(greyFilm(sensor.camera, stream), mode, stream == 0 ? 5000000 : 1000000);
+    HeadPath::current()->start();
+    return pictures;
 }
 
 int64_t Pictures::captureTimeOf(int64_t index) const { return captureTime(index, rate_hz_); }
@@ -139,6 +155,11 @@ int64_t Pictures::deliveryTimeOf(int64_t index) const { return captureTimeOf(ind
 int64_t Pictures::newestAt(int64_t mltime) const { return captureIndex(mltime - delayNanos_, rate_hz_); }
 
 size_t Pictures::frameIndex(int64_t index) const { return HeadPath::current()->frameIndex(index, rate_hz_); }
+
+void Pictures::draw(FrameCache &cache, int64_t index) const {
+    if (FrameCache::draw({{&cache, frameIndex(index)}}))
+        countLeftOut("OpenXR", std::max<int64_t>(0, newestAt(mlTimeNow()) - 1 - index));
+}
 
 void writeIntrinsics(XrPixelSensorFisheyeIntrinsicsML *out) {
     const auto lens = worldLens(number(Key::Tangential), number(Key::Tangential));

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 
+#include "../frame_cache.h"
 #include "sensor_models.h"
 
 namespace ml2sim::xr {
@@ -19,12 +20,19 @@ struct Plane {
 
 class Pictures {
   public:
-    /** Renders the images of the mode, which may take seconds. */
+    /** Returns the images of a mode; renders one, for which the scene must be built. */
     static std::shared_ptr<Pictures> of(const SensorModel &sensor, uint32_t stream, const Mode &mode);
 
     virtual ~Pictures() = default;
 
-    /** Returns the image, confidence or flags of capture number index, read-only and valid until the process ends. */
+    /**
+     * Renders the planes of capture number index, unless that was done before. Captures that fall due meanwhile are
+     * left out, except the newest. Thread-safe.
+     */
+    virtual void draw(int64_t index) = 0;
+
+    /** Returns the image, confidence or flags of capture number index, which is drawn, read-only and valid until the
+     * process ends. */
     virtual Plane plane(XrPixelSensorFrameTypeML type, int64_t index) = 0;
     /** Returns the size of the largest plane of the type. */
     virtual uint32_t mostBytes(XrPixelSensorFrameTypeML type) const = 0;
@@ -40,6 +48,8 @@ class Pictures {
     Pictures(uint32_t rate_hz, int64_t delayNanos, int64_t exposureNanos)
         : rate_hz_(rate_hz), delayNanos_(delayNanos), exposureNanos_(exposureNanos) {}
     size_t frameIndex(int64_t index) const;
+    /** Renders a frame for capture number index. */
+    void draw(FrameCache &cache, int64_t index) const;
 
     const uint32_t rate_hz_;
     const int64_t delayNanos_;

@@ -218,7 +218,7 @@ XrResult xrStartPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorSt
                 misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, "started twice, or before configuring");
             const auto *model = self.model;
             const auto mode = *stream.mode;
-            lock.unlock(); // drawing takes seconds
+            lock.unlock(); // the first stream builds the scene
             pictures[index] = Pictures::of(*model, index, mode);
             lock.lock();
         }

@@ -19,11 +19,12 @@ float mixed(float a, float b, float t) { return a + t * (b - a); }
 
 /** The eye at one instant, in pixels, as its camera sees it: the nose is on the side that `nasal` points to. */
 struct Eye {
-    float nasal;    ///< 1 right, -1 left
-    float squeeze;  ///< How much narrower circles are, seen from aside.
-    Spot iris;      ///< Centre.
-    float pupil_px; ///< Radius.
-    float openness; ///< 0 closed to 1 open.
+    float nasal;        ///< 1 right, -1 left
+    float squeeze;      ///< How much narrower circles are, seen from aside.
+    Spot iris;          ///< Centre.
+    float pupil_px;     ///< Radius.
+    float openness;     ///< 0 closed to 1 open.
+    Spot lamps[kLamps]; ///< Where the lamps about the display are mirrored: they follow the gaze only in part.
 };
 
 Eye eyeAt(EyeCamera camera, float phase) {
@@ -37,6 +38,11 @@ Eye eyeAt(EyeCamera camera, float phase) {
     eye.pupil_px = kIris_px * (0.40f + 0.05f * std::sin(3 * kTurn * phase));
     const float sinceBlink = std::abs(phase - 0.62f) / 0.045f;
     eye.openness = std::clamp(sinceBlink * sinceBlink, 0.03f, 1.0f);
+    for (int n = 0; n < kLamps; n++) {
+        const float angle = kTurn * (n + 0.5f) / kLamps;
+        eye.lamps[n] = {mixed(200, eye.iris.x, 0.55f) + 36 * std::cos(angle),
+                        mixed(204, eye.iris.y, 0.55f) + 30 * std::sin(angle)};
+    }
     return eye;
 }
 
@@ -61,17 +67,44 @@ float grain(float x, float y) {
     return mixed(above, mixed(knot(column, row + 1), knot(column + 1, row + 1), fx), fy);
 }
 
+/** What does not move, by pixel. */
+struct Still {
+    std::vector<float> skin[2]; ///< With the nose on the left, on the right.
+    std::vector<float> sclera;
+
+    Still() {
+        for (uint32_t v = 0; v < kEyeHeight; v++)
+            for (uint32_t u = 0; u < kEyeWidth; u++)
+                add(float(u), float(v));
+    }
+
+  private:
+    void add(float x, float y) {
+        const float texture = 14 * grain(x / 22, y / 16) + 9 * grain(x / 5, y / 4) + 5 * grain(x / 2, y / 2);
+        for (const float nasal : {-1.0f, 1.0f})
+            skin[nasal > 0].push_back(150 - 55 * std::hypot((x - 200 - 50 * nasal) / 260, (y - 180) / 260) + texture);
+        const float fromMiddle = std::hypot((x - 200) / 190, (y - 215) / 120);
+        sclera.push_back(205 - 70 * fromMiddle * fromMiddle + 6 * grain(x / 9, y / 9));
+    }
+};
+
+const Still &still() {
+    static const Still it;
+    return it;
+}
+
+size_t pixelAt(float x, float y) { return size_t(y) * kEyeWidth + size_t(x); }
+
+/** exp(-x), or 0 where that is less than anybody can see. */
+float fading(float x) { return x > 16 ? 0 : std::exp(-x); }
+
 float skin(const Eye &eye, float x, float y) {
-    const float fold = std::abs(y - upperLid(eye, x) + 26 + 12 * eye.openness);
-    const float light = 150 - 55 * std::hypot((x - 200 - 50 * eye.nasal) / 260, (y - 180) / 260);
-    const float texture = 14 * grain(x / 22, y / 16) + 9 * grain(x / 5, y / 4) + 5 * grain(x / 2, y / 2);
-    return light + texture - 30 * std::exp(-fold * fold / 40);
+    const float fold = y - upperLid(eye, x) + 26 + 12 * eye.openness;
+    return still().skin[eye.nasal > 0][pixelAt(x, y)] - 30 * fading(fold * fold / 40);
 }
 
 float sclera(const Eye &eye, float x, float y) {
-    const float fromMiddle = std::hypot((x - 200) / 190, (y - 215) / 120);
-    const float lidShadow = std::exp(-std::max(0.0f, y - upperLid(eye, x)) / 16);
-    return 205 - 70 * fromMiddle * fromMiddle - 60 * lidShadow + 6 * grain(x / 9, y / 9);
+    return still().sclera[pixelAt(x, y)] - 60 * fading(std::max(0.0f, y - upperLid(eye, x)) / 16);
 }
 
 /** At a spot off the centre of the iris: noise along a circle makes spokes. */
@@ -83,15 +116,11 @@ float iris(float dx, float dy, float radius) {
     return 78 + spokes + collar - limbus;
 }
 
-/** Reflections of the lamps about the display in the cornea: they follow the gaze only in part. */
 float glints(const Eye &eye, float x, float y) {
     float light = 0;
-    for (int n = 0; n < kLamps; n++) {
-        const float angle = kTurn * (n + 0.5f) / kLamps;
-        const Spot at = {mixed(200, eye.iris.x, 0.55f) + 36 * std::cos(angle),
-                         mixed(204, eye.iris.y, 0.55f) + 30 * std::sin(angle)};
+    for (const Spot at : eye.lamps) {
         const float dx = (x - at.x) / 3.4f, dy = (y - at.y) / 3.0f;
-        light += 260 * std::exp(-dx * dx - dy * dy);
+        light += 260 * fading(dx * dx + dy * dy);
     }
     return light;
 }
@@ -119,8 +148,10 @@ float ball(const Eye &eye, float x, float y) {
 
 float eyeGrey(const Eye &eye, float x, float y) {
     const float lids = std::max(upperLid(eye, x) - y, y - lowerLid(eye, x));
-    float grey = lids > 3 ? skin(eye, x, y) : mixed(skin(eye, x, y), ball(eye, x, y), inside(lids, 3));
-    grey -= 50 * std::exp(-lids * lids / 18);
+    float grey = lids > 3    ? skin(eye, x, y)
+                 : lids < -3 ? ball(eye, x, y)
+                             : mixed(skin(eye, x, y), ball(eye, x, y), inside(lids, 3));
+    grey -= 50 * fading(lids * lids / 18);
     return mixed(grey, 30, 0.85f * lashes(eye, x, y));
 }
 

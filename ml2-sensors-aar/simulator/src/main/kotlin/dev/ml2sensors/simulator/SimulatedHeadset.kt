@@ -9,7 +9,6 @@ import dev.ml2sensors.capture.PixelSensor
 import dev.ml2sensors.capture.PoseSensor
 import dev.ml2sensors.simulator.signal.SignalSource
 import dev.ml2sensors.simulator.simulated.NativeBundle
-import dev.ml2sensors.simulator.simulated.RenderGate
 import dev.ml2sensors.simulator.simulated.SimulatedCamera2
 import dev.ml2sensors.simulator.simulated.SimulatedSdk
 import dev.ml2sensors.simulator.simulated.SimulatedVideoEncoders
@@ -32,22 +31,18 @@ import java.util.concurrent.atomic.AtomicBoolean
  * simulation of the vendor's library. All sensors follow one trajectory through one rendered scene, including those
  * that Android delivers on a headset (inertial units, light, colour camera, battery).
  *
- * It runs on Linux on x86-64, and needs neither Android nor environment variables. The frames of a camera are rendered
- * when its stream is first collected, which takes some seconds. No stream delivers samples until the frames of all
- * cameras that were started together are rendered.
+ * It runs on Linux on x86-64, and needs neither Android nor environment variables. Each frame of a camera is rendered
+ * when it is first shown. A camera leaves out captures that fall due meanwhile; they have no frame number and are no lost
+ * samples, and the process writes their sum to stderr.
  *
  * Thread-safe.
  */
 public class SimulatedHeadset private constructor(private val headset: Headset) : Headset by headset {
     @Volatile
     private var silent = emptySet<StreamSpec>()
-    private val renderGate = RenderGate(headset.clock, SimulatedSdk::isDrawing)
-
-    override val holds: Map<String, String>
-        get() = if (renderGate.isClosed) StreamTable.all.associate { it.id to "drawing the pictures" } else emptyMap()
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        headset.samples(stream, values).filter { renderGate.isOpen() && stream !in silent }
+        headset.samples(stream, values).filter { stream !in silent }
 
     /**
      * Sets a key of the simulation. For example, after `set("fault.world.stalled", "1")` the world cameras deliver

@@ -43,7 +43,7 @@ internal class SimulatedCamera2 : SensorSource {
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = stream.answer(requested)
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
-        // Poses must be read on one thread, and rendering the first frame takes seconds
+        // Poses must be read on one thread, and the first frame waits for the scene to be built
         Executors.newSingleThreadExecutor().asCoroutineDispatcher().use { thread ->
             val camera = withContext(thread) { OpenColorCamera(values, stream == StreamTable.mixedReality) }
             try {

@@ -19,10 +19,6 @@ internal object SimulatedSdk {
     @JvmStatic
     external fun useRuntime(manifest: String)
 
-    /** Returns true while frames are being rendered, which uses all processors for seconds. */
-    @JvmStatic
-    external fun isDrawing(): Boolean
-
     /** Writes acceleration, angular velocity and magnetic field of an ml2sim_unit, three numbers each. */
     @JvmStatic
     external fun inertial(unit: Int, boottimeNanos: Long, out: FloatArray)
