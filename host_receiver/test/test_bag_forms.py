@@ -1,113 +1,53 @@
-"""Recordings as other programs, splits and repairs leave them; each holds the same messages."""
+"""Which files and messages belong to a recording, and what is said of all others."""
 
 from __future__ import annotations
 
-import shutil
-from collections import Counter
-from collections.abc import Callable, Sequence
+import struct
+import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
-from mcap.reader import make_reader
-from mcap.writer import CompressionType, IndexType, Writer
+import zstandard
+from mcap.writer import CompressionType, IndexType
 
-from bag_scene import PREFIX
+from bag_forms import STRING, Mcap, Row, Rows, sound_rows, split, text, write
 from ml2_receiver.errors import RecordingError
-from ml2_receiver.topics.string_message import encode_string
+from ml2_tools.bags import mcap_file
 from ml2_tools.bags.bag_reader import Bag, BagReader
 from ml2_tools.bags.indexed_bag import IndexedBag
 from refusals import refusal
+from sound_bag import BEGIN_NS, IMU, PREFIX
 
-type Row = tuple[str, str, str, int, bytes]
-_STRING = "std_msgs/msg/String"
-
-
-def rows(folder: Path) -> list[Row]:
-    """Topic, type, encoding, time and payload of each message, as the mcap library reads them."""
-    found: list[Row] = []
-    for file in sorted(folder.glob("*.mcap")):
-        with file.open("rb") as stream:
-            for schema, channel, message in make_reader(stream).iter_messages(log_time_order=False):
-                assert schema is not None
-                time_ns = message.log_time
-                row = (channel.topic, schema.name, channel.message_encoding, time_ns, message.data)
-                found.append(row)
-    return found
+ROWS = sound_rows()
+FIELD = Path(__file__).parents[3] / "shared/data/field/bags"
+MAGIC = b"\x89MCAP0\r\n"
 
 
-def write(file: Path, messages: Sequence[Row], **options: Any) -> None:
-    file.parent.mkdir(exist_ok=True)
-    writer = Writer(str(file), **options)
-    writer.start()
-    channels: dict[str, int] = {}
-    for topic, type, encoding, time_ns, payload in messages:
-        if topic not in channels:
-            schema = writer.register_schema(type, "ros2msg", b"")
-            channels[topic] = writer.register_channel(topic, encoding, schema)
-        writer.add_message(channels[topic], time_ns, payload, time_ns)
-    writer.finish()
+def read(path: Path) -> tuple[int, list[str]]:
+    """The number of messages, and what is left out."""
+    bag = Bag(path)
+    return sum(1 for _ in bag.messages()), bag.left_out
 
 
-def split(folder: Path, messages: Sequence[Row], *names: str) -> None:
-    size = -(-len(messages) // len(names))
-    for number, name in enumerate(names):
-        write(folder / name, messages[number * size : (number + 1) * size])
+@pytest.mark.parametrize("name", ["plain", "date_stamped", "app_topic_config", "lz4"])
+def test_recordings_from_the_field_are_whole(name: str) -> None:
+    if not FIELD.exists():
+        pytest.skip("there are none")
+    bag = IndexedBag(FIELD / name)
+    # The app has topics of its own.
+    others = sum(count for topic, count in bag.counts.items() if "/custom/" in topic)
+    assert bag.prefix == PREFIX
+    assert sum(1 for _ in bag.messages()) - others == bag.counts.total() - others == 1541
+    assert not bag.left_out
 
 
-FORMS: dict[str, Callable[[Path, list[Row]], None]] = {
-    "zstd": lambda folder, it: write(folder / "a.mcap", it, compression=CompressionType.ZSTD),
-    "lz4": lambda folder, it: write(folder / "a.mcap", it, compression=CompressionType.LZ4),
-    "none": lambda folder, it: write(folder / "a.mcap", it, compression=CompressionType.NONE),
-    "no chunks": lambda folder, it: write(folder / "a.mcap", it, use_chunking=False),
-    "one chunk": lambda folder, it: write(folder / "a.mcap", it, chunk_size=1 << 30),
-    "no repeated channels": lambda folder, it: write(
-        folder / "a b.mcap", it, repeat_channels=False
-    ),
-    "no repeated schemas": lambda folder, it: write(folder / "a.mcap", it, repeat_schemas=False),
-    "no statistics": lambda folder, it: write(folder / "a.mcap", it, use_statistics=False),
-    "no summary offsets": lambda folder, it: write(
-        folder / "a.mcap", it, use_summary_offsets=False
-    ),
-    "no index": lambda folder, it: write(folder / "a.mcap", it, index_types=IndexType.NONE),
-    "names with dates": lambda folder, it: split(
-        folder, it, "walk_2026-11-26-10-59-30.mcap", "walk_2026-11-26-11-00-00.mcap"
-    ),
-    "names against the order": lambda folder, it: split(folder, it, "z.mcap", "y.mcap", "x.mcap"),
-}
-
-
-@pytest.fixture(scope="module")
-def messages(bag: Path) -> list[Row]:
-    found = rows(bag)
-    assert len(found) > 20
-    return found
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_every_reader_finds_every_message(form: str, messages: list[Row], tmp_path: Path) -> None:
-    folder = tmp_path / "walk"
-    FORMS[form](folder, messages)
-    read = [(it.topic, it.time_ns, it.payload) for it in Bag(folder).messages()]
-    assert read == [(topic, time_ns, payload) for topic, _, _, time_ns, payload in messages]
-    assert BagReader(folder).prefix == PREFIX
-    indexed = IndexedBag(folder)
-    assert sorted(it.time_ns for it in indexed.after(0)) == sorted(it[3] for it in messages)
-    assert indexed.counts == Counter(it[0] for it in messages)
-    assert not indexed.left_out
-
-
-def test_the_files_are_those_that_the_metadata_name(
-    messages: list[Row], bag: Path, tmp_path: Path
-) -> None:
-    """A recovered file may lie beside them."""
-    folder = tmp_path / "walk"
-    shutil.copytree(bag, folder)
-    (file,) = folder.glob("*.mcap")
-    shutil.copy(file, folder / "recovered.mcap")
-    assert sum(1 for _ in Bag(folder).messages()) == len(messages)
-    assert Bag(folder).left_out == ["recovered.mcap, which metadata.yaml does not name"]
+def test_the_files_are_those_that_the_metadata_name_once_each(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", ROWS)
+    write(tmp_path / "b.mcap", ROWS)
+    _metadata(tmp_path, ["walk/a.mcap", "a.mcap"])
+    assert read(tmp_path) == (len(ROWS), ["b.mcap, which metadata.yaml does not name"])
 
 
 @pytest.mark.parametrize(
@@ -121,38 +61,239 @@ def test_the_files_are_those_that_the_metadata_name(
     ],
 )
 def test_metadata_of_what_is_not_read_say_why(
-    messages: list[Row], tmp_path: Path, files: object, mode: str, said: str
+    tmp_path: Path, files: object, mode: str, said: str
 ) -> None:
-    write(tmp_path / "a.mcap", messages)
-    information = {"relative_file_paths": files, "compression_mode": mode}
-    (tmp_path / "metadata.yaml").write_text(
-        yaml.safe_dump({"rosbag2_bagfile_information": information})
-    )
+    write(tmp_path / "a.mcap", ROWS)
+    _metadata(tmp_path, files, mode)
     for command in ("play", "inspect"):
         assert said.format(folder=tmp_path) in refusal(command, tmp_path)
 
 
-def test_the_headset_is_found_by_what_its_topic_says(messages: list[Row], tmp_path: Path) -> None:
-    hello = encode_string("hello")
-    others = [
-        (name, _STRING, "cdr", messages[0][3], hello) for name in ("/slam/config", "/x/app/config")
-    ]
-    own = next(it for it in messages if it[0] == f"{PREFIX}/config")
-    copied = (f"{PREFIX}/custom/config", *own[1:])
-    write(tmp_path / "a.mcap", [*others, copied, *messages])
-    assert BagReader(tmp_path).prefix == PREFIX
+def _metadata(folder: Path, files: object, mode: str = "") -> None:
+    information = {"relative_file_paths": files, "compression_mode": mode}
+    document = yaml.safe_dump({"rosbag2_bagfile_information": information})
+    (folder / "metadata.yaml").write_text(document)
 
 
-def test_of_several_headsets_none_is_chosen_in_silence(messages: list[Row], tmp_path: Path) -> None:
-    second = [(f"/robot2{topic}", *rest) for topic, *rest in messages]
-    write(tmp_path / "a.mcap", [*messages, *second])  # type: ignore[list-item]
-    with pytest.raises(RecordingError, match=f"several headsets: {PREFIX}, /robot2{PREFIX}"):
-        BagReader(tmp_path)
+@pytest.mark.parametrize("of", [slice(None), slice(400, None), slice(400), slice(100, 500)])
+def test_a_copy_is_found_out_by_its_messages_and_counted(tmp_path: Path, of: slice) -> None:
+    write(tmp_path / "walk.mcap", ROWS)
+    write(tmp_path / "a recovered one.mcap", ROWS[of], use_chunking=False)
+    copies = len(ROWS[of])
+    assert read(tmp_path) == (len(ROWS), [f"{copies} messages that another file has, too"])
 
 
-def test_an_unknown_compression_is_not_called_damage(messages: list[Row], tmp_path: Path) -> None:
+def test_equal_messages_of_one_file_are_no_copies(tmp_path: Path) -> None:
+    rows = [it for it in ROWS[:1000] for _ in range(2)]
+    split(tmp_path, rows, "a.mcap", "b.mcap")
+    assert read(tmp_path) == (len(rows), [])
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "is empty: it has 0 B"),
+        (bytes(5000), "is broken: not a valid MCAP file, it begins with zeros"),
+        (b"no recording at all", "not a valid MCAP file, it begins with b'no recor'"),
+        (b"SQLite format 3\0", "not supported: a.mcap is in rosbag2's SQLite format"),
+        (b"#ROSBAG V2.0\n", "not supported: a.mcap is a recording of ROS 1"),
+        (zstandard.compress(MAGIC), "not supported: a.mcap is compressed as a whole"),
+    ],
+)
+@pytest.mark.parametrize("is_named", [True, False])
+def test_what_is_no_mcap_is_refused_with_the_reason(
+    tmp_path: Path, content: bytes, said: str, is_named: bool
+) -> None:
     file = tmp_path / "a.mcap"
-    write(file, messages, compression=CompressionType.LZ4, index_types=IndexType.NONE)
+    file.write_bytes(content)
+    path = file if is_named else tmp_path
+    for command in (
+        ("play", path),
+        ("inspect", path),
+        ("export", "--kalibr", tmp_path / "out", "--bag", path),
+        ("evaluate", "--camera", "world_left", "--bag", path),
+        ("view", "--no-browser", path),
+    ):
+        assert said in refusal(*command)
+
+
+def test_another_format_beside_it_is_said(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", ROWS)
+    (tmp_path / "b.db3").touch()
+    count, (said,) = read(tmp_path)
+    assert count == len(ROWS)
+    assert "b.db3 is in rosbag2's SQLite format" in said
+
+
+def test_other_encodings_are_left_out_and_counted(tmp_path: Path) -> None:
+    others = [text(f"{PREFIX}/custom/notes", "{}", n, encoding="json") for n in range(3)]
+    others += [text("/old", "", n, encoding="ros1") for n in range(2)]
+    write(tmp_path / "a.mcap", [*ROWS, *others])
+    assert read(tmp_path) == (
+        len(ROWS),
+        [
+            f"3 messages of {PREFIX}/custom/notes, which are 'json', expected 'cdr'",
+            "2 messages of /old, which are 'ros1', expected 'cdr'",
+        ],
+    )
+
+
+def test_other_encodings_alone_are_not_supported(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", [text("/a", "{}", encoding="protobuf")])
+    assert "not supported" in refusal("inspect", tmp_path)
+    assert "/a (std_msgs/msg/String) as 'protobuf', expected 'cdr'" in refusal("play", tmp_path)
+
+
+def test_of_a_topic_with_two_types_the_one_with_fewer_messages_is_said(tmp_path: Path) -> None:
+    others = [Row(IMU, STRING, BEGIN_NS + n, text("", "x").payload) for n in range(4)]
+    write(tmp_path / "a.mcap", [*others, *ROWS])
+    assert read(tmp_path) == (
+        len(ROWS),
+        [f"4 messages of {IMU} of type {STRING}; most are sensor_msgs/msg/Imu"],
+    )
+
+
+def test_messages_without_their_channel_are_counted(tmp_path: Path) -> None:
+    """As in the rest of a file whose beginning is lost."""
+    file = tmp_path / "a.mcap"
+    mcap = Mcap(file)
+    mcap.add(ROWS[:10])
+    mcap.flush()
+    begin = file.stat().st_size
+    mcap.add(ROWS[10:])
+    mcap.flush()
+    mcap.close(is_finished=False)
+    data = file.read_bytes()
+    first = data.index(b"\x06")  # the opcode of the first chunk
+    file.write_bytes(data[:first] + data[begin:])
+    unknown = {it.topic for it in ROWS[:10]}
+    lost = sum(it.topic in unknown for it in ROWS[10:])
+    assert 0 < lost < len(ROWS) - 10
+    assert read(file) == (
+        len(ROWS) - 10 - lost,
+        [f"{lost} messages whose topic no record tells"],
+    )
+
+
+def test_the_rest_of_a_truncated_file_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "a.mcap"
+    mcap = Mcap(file, compression=CompressionType.NONE)
+    mcap.add(ROWS[:500])
+    mcap.flush()
+    whole = file.stat().st_size
+    mcap.add(ROWS[500:])
+    mcap.flush()
+    mcap.close(is_finished=False)
+    file.write_bytes(file.read_bytes()[: whole + 100])
+    assert read(file) == (500, ["100 B at the end of a.mcap, which are no whole message"])
+
+
+def test_a_length_that_leads_beyond_the_end_of_a_whole_file_is_damage(tmp_path: Path) -> None:
+    file = tmp_path / "a.mcap"
+    write(file, ROWS, index_types=IndexType.NONE)
+    data = bytearray(file.read_bytes())
+    struct.pack_into("<Q", data, data.index(b"\x06") + 1, 100 << 20)
+    file.write_bytes(data)
+    with pytest.raises(RecordingError, match="is broken: it ends within a record"):
+        Bag(file)
+
+
+def test_what_follows_the_end_of_a_recording_is_said(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", ROWS)
+    data = (tmp_path / "a.mcap").read_bytes()
+    (tmp_path / "a.mcap").write_bytes(data + data)
+    assert read(tmp_path) == (
+        len(ROWS),
+        [f"{len(data)} B at the end of a.mcap, which are no whole message"],
+    )
+
+
+@pytest.mark.parametrize("of", ["chunk", "message"])
+def test_what_is_too_large_is_not_supported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, of: str
+) -> None:
+    large = [Row("/a", STRING, BEGIN_NS, bytes(5000))]
+    none = CompressionType.NONE
+    write(tmp_path / "a.mcap", large, compression=none, use_chunking=of == "chunk")
+    monkeypatch.setattr(mcap_file, "MAX_RECORD_BYTES", 4000)
+    with pytest.raises(RecordingError, match=rf"not supported: .* {of} of 5\d* B, at most 4000"):
+        list(Bag(tmp_path).messages())
+
+
+def test_a_large_attachment_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    mcap = Mcap(tmp_path / "a.mcap", use_chunking=False)
+    mcap.add(ROWS[:100])
+    mcap.attach(100_000)
+    mcap.add(ROWS[100:])
+    mcap.close()
+    monkeypatch.setattr(mcap_file, "MAX_RECORD_BYTES", 50_000)
+    assert read(tmp_path) == (len(ROWS), [])
+
+
+def test_an_unknown_compression_is_not_called_damage(tmp_path: Path) -> None:
+    file = tmp_path / "a.mcap"
+    write(file, ROWS, compression=CompressionType.LZ4, index_types=IndexType.NONE)
     file.write_bytes(file.read_bytes().replace(b"\x03\x00\x00\x00lz4", b"\x03\x00\x00\x00xyz"))
     with pytest.raises(RecordingError, match="not supported: chunks compressed with 'xyz'"):
         list(Bag(file).messages())
+
+
+@pytest.mark.parametrize("compression", CompressionType)
+def test_a_damaged_chunk_is_told_whatever_its_compression(
+    tmp_path: Path, compression: CompressionType
+) -> None:
+    file = tmp_path / "a.mcap"
+    write(file, ROWS, compression=compression)
+    data = bytearray(file.read_bytes())
+    begin = data.index(b"\x06") + 300  # within the first chunk
+    data[begin : begin + 50] = bytes(50)
+    file.write_bytes(data)
+    with pytest.raises(RecordingError, match=r"a.mcap is broken: \S"):
+        list(Bag(file).messages())
+
+
+def test_messages_that_are_compressed_one_by_one_are_found_out_without_metadata(
+    tmp_path: Path,
+) -> None:
+    packed = [Row(it.topic, it.type, it.time_ns, zstandard.compress(it.payload)) for it in ROWS]
+    write(tmp_path / "a.mcap", packed)
+    for command in ("play", "inspect"):
+        assert "has messages compressed one by one (MESSAGE)" in refusal(command, tmp_path)
+
+
+def _in_two_files(folder: Path, rows: Rows) -> None:
+    write(folder / "a.mcap", rows[::2])
+    write(folder / "b.mcap", rows[1::2], use_chunking=False)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        lambda folder, rows: write(folder / "a.mcap", rows, chunk_size=1 << 20),
+        lambda folder, rows: write(folder / "a.mcap", rows, use_chunking=False),
+        lambda folder, rows: write(
+            folder / "a.mcap", [Row(*_key(it), 7, it.payload) for it in rows]
+        ),
+        _in_two_files,
+    ],
+)
+def test_memory_does_not_grow_with_the_recording(
+    tmp_path: Path, form: Callable[[Path, Rows], None]
+) -> None:
+    payload = bytes(200_000)
+    form(tmp_path, [Row("/a", STRING, BEGIN_NS + n, payload) for n in range(400)])
+    tracemalloc.start()
+    count, _ = read(tmp_path)
+    _, most_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert count == 400
+    assert most_bytes < 20_000_000 < count * len(payload) / 3
+
+
+def _key(row: Row) -> tuple[str, str]:
+    return row.topic, row.type
+
+
+def test_a_reader_takes_the_topics_of_no_headset(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", [*ROWS, text("/slam/config", "hello")])
+    assert "/slam/config" in BagReader(tmp_path).types

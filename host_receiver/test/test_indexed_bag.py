@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import recorded_room
 from ml2_receiver.errors import RecordingError
+from ml2_tools.bags.bounded_file import BoundedFile
 from ml2_tools.bags.indexed_bag import History, IndexedBag
-from ml2_tools.bags.mcap_file import BoundedFile
 from recorded_room import BATTERY, BEGIN_NS, EYE, HZ, STATIC, WORLD, Recorded, time_ns
 
 ALL = list(recorded_room.messages())

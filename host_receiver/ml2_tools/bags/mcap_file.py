@@ -6,7 +6,6 @@ parts of an index for the whole, and unpack without a bound. So only its parsers
 
 from __future__ import annotations
 
-import io
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -25,11 +24,9 @@ from mcap.writer import MCAP0_MAGIC
 
 from ml2_receiver.errors import RecordingError
 
+from .bounded_file import MAX_RECORD_BYTES, BoundedFile, open_file
 from .foreign_formats import check_format
 
-# Of a record that is read, and of a chunk that is unpacked. `ml2-receiver record` ends a chunk with
-# the message that makes it larger than 4 MiB; other programs make some of 100 MB.
-MAX_RECORD_BYTES = 256 * 1024 * 1024
 # Messages outside of chunks are read together up to this size.
 _RUN_BYTES = 4 * 1024 * 1024
 _NEEDED = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK)
@@ -125,6 +122,7 @@ def _by_index(path: Path) -> Contents | None:
             summary = SeekingReader(file, record_size_limit=MAX_RECORD_BYTES).get_summary()
         except (*_BROKEN, OSError):
             return None
+        is_at_the_end = file.tell() == path.stat().st_size - MAGIC_SIZE
     if summary is None or summary.statistics is None:
         return None
     channels, statistics = summary.channels, summary.statistics
@@ -135,6 +133,7 @@ def _by_index(path: Path) -> Contents | None:
         sum(sum(it.counts.values()) for it in parts) == statistics.message_count
         and len(channels) >= statistics.channel_count
         and counted <= channels.keys()
+        and is_at_the_end
         and all(it.schema_id in {0, *summary.schemas} for it in channels.values())
     )
     if not is_whole:
@@ -288,24 +287,3 @@ def _split_chunk(chunk: Chunk) -> list[McapRecord]:
             f"not supported: chunks compressed with {chunk.compression!r}; zstd and lz4 are"
         )
     return breakup_chunk(chunk, validate_crc=True)
-
-
-class BoundedFile(io.BufferedReader):
-    """A file that refuses to read more bytes at once than the largest record has."""
-
-    def read(self, size: int | None = -1, /) -> bytes:
-        if size is None or not 0 <= size <= MAX_RECORD_BYTES:
-            raise ValueError(f"a record has {size} B, expected at most {MAX_RECORD_BYTES}")
-        return super().read(size)
-
-
-def open_file(path: Path) -> BoundedFile:
-    """Opens a file of a recording.
-
-    Raises:
-        RecordingError: it cannot be read.
-    """
-    try:
-        return BoundedFile(io.FileIO(path))
-    except OSError as error:
-        raise RecordingError(f"cannot read {path}: {error.strerror}") from error

@@ -1,0 +1,33 @@
+"""Opens files whose records say how long they are."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+from ml2_receiver.errors import RecordingError
+
+# Of a record that is read, and of a chunk that is unpacked. `ml2-receiver record` ends a chunk with
+# the message that makes it larger than 4 MiB; other programs make some of 100 MB.
+MAX_RECORD_BYTES = 256 * 1024 * 1024
+
+
+class BoundedFile(io.BufferedReader):
+    """A file that refuses to read more bytes at once than the largest record has."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is None or not 0 <= size <= MAX_RECORD_BYTES:
+            raise ValueError(f"a record has {size} B, expected at most {MAX_RECORD_BYTES}")
+        return super().read(size)
+
+
+def open_file(path: Path) -> BoundedFile:
+    """Opens a file of a recording.
+
+    Raises:
+        RecordingError: it cannot be read.
+    """
+    try:
+        return BoundedFile(io.FileIO(path))
+    except OSError as error:
+        raise RecordingError(f"cannot read {path}: {error.strerror}") from error
