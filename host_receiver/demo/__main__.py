@@ -16,7 +16,7 @@ from typing import IO, Any
 
 from rich.console import Console
 
-from left_out import left_out
+from left_out import left_out, words
 from live_table import LiveTable
 from ml2_receiver.commands.options import above_zero
 from ml2_receiver.commands.stopping import heed_interrupts
@@ -162,7 +162,7 @@ def _watch(
     with LiveTable(console, prefix, source) as table:
         for line in _lines(observer):
             snapshot: dict[str, Any] = json.loads(line)
-            table.show(snapshot, left_out(OUTPUT / "headset.log"))
+            table.show(snapshot, words(left_out(OUTPUT / "headset.log")))
             if snapshot["final"]:
                 return snapshot
     return None

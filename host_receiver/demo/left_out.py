@@ -1,4 +1,4 @@
-"""What the simulated headset says of images that it rendered while it streamed."""
+"""What the simulated headset says of images that it draws while it streams."""
 
 from __future__ import annotations
 
@@ -8,14 +8,19 @@ from pathlib import Path
 _LINE = re.compile(r"^ml2sim: (.+) camera: (\d+) captures left out so far", re.MULTILINE)
 
 
-def left_out(log: Path) -> str | None:
-    """Returns how many captures each camera has left out so far; None if there are none.
+def left_out(log: Path) -> dict[str, int]:
+    """Returns how many captures each kind of camera has left out so far.
 
     Args:
         log: the standard error of the headset.
     """
-    cameras = dict(_LINE.findall(log.read_text(errors="replace")))
-    if not cameras:
+    found: list[tuple[str, str]] = _LINE.findall(log.read_text(errors="replace"))
+    return {camera: int(count) for camera, count in found}
+
+
+def words(counts: dict[str, int]) -> str | None:
+    """Returns a line for the user; None if nothing was left out."""
+    if not counts:
         return None
-    counts = ", ".join(f"{camera} {count}" for camera, count in cameras.items())
-    return f"captures left out while their images were drawn for the first time: {counts}"
+    cameras = ", ".join(f"{camera} {count}" for camera, count in counts.items())
+    return f"captures left out while images were drawn for the first time: {cameras}"

@@ -77,7 +77,7 @@ void CameraConnection::leaveOutOverdue() {
 
 bool CameraConnection::isDropped(int64_t index) const {
     const auto every = static_cast<int64_t>(fault(kind_, Fault::DropEvery));
-    return every > 0 && index % every == 0;
+    return every > 0 && frameNumber(index) % every == 0;
 }
 
 MLResult CameraConnection::awaitFrame(uint64_t timeout_ms, int64_t *index, bool (*delivers)()) {

@@ -20,7 +20,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from load_run import Loaded, load_run
+from load_run import Loaded, draw_images, load_run
 from processes import ROOT, paired
 from simulation import raw_config
 
@@ -41,6 +41,7 @@ def main(duration_s: float) -> None:
         logs = RESULTS / "full_load"
         raw = folder / "raw.yaml"
         raw.write_text(raw_config())
+        draw_images(raw, logs)
         (loaded,) = load_run(raw, logs, duration_s)
         _write("full_load", _summary(loaded))
         (loaded,) = load_run(raw, logs, duration_s, security=paired(folder))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from left_out import left_out
 from processes import PREFIX, Received, receive
 from simulated_truth import SimulatedTruth
 from simulation import CAMERAS, image_topic, raw_config
@@ -18,11 +19,17 @@ _LONGEST_S = 60
 
 @dataclass(frozen=True)
 class FullLoad:
-    """The received messages, the true poses of that time, and the receiver's log."""
+    """The received messages, the true poses of that time, and what the programs said.
+
+    Attributes:
+        log: the receiver's log.
+        left_out: the captures that each kind of camera left out to draw its images.
+    """
 
     received: Received
     truth: SimulatedTruth
     log: str
+    left_out: dict[str, int]
 
 
 def full_load(folder: Path, **changes: dict[str, Any]) -> FullLoad:
@@ -36,7 +43,8 @@ def full_load(folder: Path, **changes: dict[str, Any]) -> FullLoad:
     truth = SimulatedTruth.now()
     received = receive(config, ["--duration", f"{_LONGEST_S}"], folder, is_enough=_is_enough)
     assert not truth.clock_was_set()
-    return FullLoad(received, truth, (folder / "receiver.log").read_text())
+    log = (folder / "receiver.log").read_text()
+    return FullLoad(received, truth, log, left_out(folder / "headset.log"))
 
 
 def _is_enough(snapshot: dict[str, Any]) -> bool:
