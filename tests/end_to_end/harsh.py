@@ -221,16 +221,16 @@ def _slopes(usage: dict[str, Usage]) -> dict[str, Any]:
     own = {role: usage[role] for role in ("receiver", "headset")}
     return {
         "memory_mb_per_hour": {role: it.memory_mb_per_hour for role, it in own.items()},
-        "memory_mb": {role: _memory_growth(it.rss_bytes) for role, it in own.items()},
+        "memory_mb": {role: _memory_growth(it.anonymous_bytes) for role, it in own.items()},
         "threads": {role: growth(it.threads) for role, it in own.items()},
         "files": {role: growth(it.files) for role, it in own.items()},
     }
 
 
-def _memory_growth(rss_bytes: list[int]) -> float:
+def _memory_growth(sizes_bytes: list[int]) -> float:
     """Returns the growth in MB from the second quarter of the time to the last."""
-    quarter = len(rss_bytes) // 4
-    last, second = rss_bytes[-quarter:], rss_bytes[quarter : 2 * quarter]
+    quarter = len(sizes_bytes) // 4
+    last, second = sizes_bytes[-quarter:], sizes_bytes[quarter : 2 * quarter]
     return (statistics.median(last) - statistics.median(second)) / 1e6
 
 

@@ -57,6 +57,8 @@ class Usage:
     times_s: list[float] = field(default_factory=list)
     cpu_s: list[float] = field(default_factory=list)
     rss_bytes: list[int] = field(default_factory=list)
+    # Without files in memory: of the simulation's frames, those that were shown so far.
+    anonymous_bytes: list[int] = field(default_factory=list)
     threads: list[int] = field(default_factory=list)
     files: list[int] = field(default_factory=list)
 
@@ -66,11 +68,12 @@ class Usage:
             fields = (folder / "stat").read_text().rpartition(")")[2].split()
             if fields[0] == "Z":
                 return
-            pages = int((folder / "statm").read_text().split()[1])
+            _, resident, shared, *_ = map(int, (folder / "statm").read_text().split())
             files = len(list((folder / "fd").iterdir()))
             self.times_s.append(time.monotonic())
             self.cpu_s.append((int(fields[11]) + int(fields[12])) / _TICKS_PER_S)
-            self.rss_bytes.append(pages * _PAGE_BYTES)
+            self.rss_bytes.append(resident * _PAGE_BYTES)
+            self.anonymous_bytes.append((resident - shared) * _PAGE_BYTES)
             self.threads.append(int(fields[17]))
             self.files.append(files)
 
@@ -81,10 +84,10 @@ class Usage:
 
     @property
     def memory_mb_per_hour(self) -> float:
-        """The slope of resident memory over the last three quarters of the time."""
+        """The slope of anonymous memory over the last three quarters of the time."""
         since = len(self.times_s) // 4
         hours = np.array(self.times_s[since:]) / 3600
-        return float(np.polyfit(hours, np.array(self.rss_bytes[since:]) / 1e6, 1)[0])
+        return float(np.polyfit(hours, np.array(self.anonymous_bytes[since:]) / 1e6, 1)[0])
 
 
 def growth(counts: list[int]) -> float:
