@@ -34,7 +34,7 @@ def main(duration_s: float) -> None:
 def _growth(usage: Usage) -> dict[str, Any]:
     since = len(usage.times_s) // 4
     return {
-        "rss_mb_per_hour": usage.memory_mb_per_hour,
+        "memory_mb_per_hour": usage.memory_mb_per_hour,
         "rss_mb": [usage.rss_bytes[since] / 1e6, usage.rss_bytes[-1] / 1e6],
         "threads": [usage.threads[since], usage.threads[-1]],
         "files": [usage.files[since], usage.files[-1]],

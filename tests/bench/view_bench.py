@@ -4,7 +4,7 @@ Usage: view_bench.py DURATION, in seconds. Writes build/bench/view.json:
 
 cpu_percent     the process of `view`, in percent of one processor
 rss_mb          its memory at the end
-rss_mb_per_hour the slope of its memory
+memory_mb_per_hour the slope of its memory without files
 threads_grown   how many more threads it has at the end than at the beginning
 files_grown     the same of open files
 imu_p99_ms      from capture to `ml2-receiver latency` for 30 s at most, without and with `view`
@@ -139,7 +139,7 @@ def main(duration_s: float) -> None:
         results = {
             "cpu_percent": usage.cpu_percent,
             "rss_mb": usage.rss_bytes[-1] / 1e6,
-            "rss_mb_per_hour": usage.memory_mb_per_hour,
+            "memory_mb_per_hour": usage.memory_mb_per_hour,
             "threads_grown": growth(usage.threads),
             "files_grown": growth(usage.files),
             "imu_p99_ms": {"without": without_ms, "with": _imu_p99_ms(latency)},

@@ -66,7 +66,7 @@ def test_images_give_way_to_the_link_of_the_demo_and_no_sample_is_lost(tmp_path:
     assert {f"{PREFIX}/imu_left/imu", f"{PREFIX}/head_pose", "/tf"} <= topics.keys()
     for name in topics.keys() - images:
         reasons = topics[name]["drops_by_reason"]
-        # On a busy machine the headset is late itself, and the demo misses what the receiver published
+        # On a busy machine the headset is late itself, and the demo misses what was published
         assert topics[name]["count"] > 0
         assert reasons.keys() <= {"source_late", "no_buffer"}, (name, reasons)
         missed = topics[name]["drops"] - sum(reasons.values())
