@@ -23,7 +23,7 @@ from ml2_receiver.commands.stopping import heed_interrupts
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.errors import ConfigError
 from ml2_receiver.table.reader import load_table
-from pairing import pair
+from pairing import accept, offered
 from report import build_report, verdict
 from shaped_link import Host, link, why_not
 
@@ -33,6 +33,8 @@ HEADSET = ROOT / "ml2-sensors-aar" / "simulator" / "ml2-headset"
 OUTPUT = ROOT / "build" / "demo"
 _LISTENING = "listening on "
 _WIDTH = 150
+# The first demo draws images while it streams them: as few as there can be.
+_LOOP_S = 2
 
 
 def main() -> int:
@@ -52,12 +54,14 @@ def main() -> int:
         keys = Path(stack.enter_context(TemporaryDirectory()))
         own: list[str | Path] = ["--keys", keys / "receiver"]
         simulator: list[str | Path] = [HEADSET, "--keys", keys / "headset"]
-        pair([RECEIVER, "pair", *own], simulator)
         receive = [*near.prefix, RECEIVER, *_receiver_options(arguments, near.address), *own]
-        receiver = stack.enter_context(_process("receiver", receive))
-        address = _address(receiver)
         observe = [*near.prefix, *_observer_command(prefix)]
-        observer = stack.enter_context(_process("observer", observe))
+        with offered([RECEIVER, "pair", *own]) as uri:
+            # They start while the headset's first program does, which only pairs.
+            receiver = stack.enter_context(_process("receiver", receive))
+            observer = stack.enter_context(_process("observer", observe))
+            accept(simulator, uri)
+        address = _address(receiver)
         simulate = [*far.prefix, *simulator, *_headset_options(arguments, address)]
         headset = stack.enter_context(_process("headset", simulate, is_read=False))
         threading.Thread(target=_end_after_failure, args=[headset, observer], daemon=True).start()
@@ -104,7 +108,8 @@ def _receiver_options(arguments: argparse.Namespace, host: str) -> list[str | Pa
 def _headset_options(arguments: argparse.Namespace, address: str) -> list[str | Path]:
     if arguments.replay:
         return ["--receiver", address, "--replay", str(arguments.replay)]
-    return ["--receiver", address, "--duration", str(arguments.duration)]
+    duration = ["--duration", str(arguments.duration)]
+    return ["--receiver", address, *duration, "--simulate", f"loop_seconds={_LOOP_S}"]
 
 
 def _observer_command(prefix: str) -> list[str | Path]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 _PATIENCE_S = 60
@@ -15,14 +16,32 @@ def pair(pairing: Sequence[str | Path], headset: Sequence[str | Path]) -> None:
     Raises:
         SystemExit: they did not; they have said why on standard error.
     """
+    with offered(pairing) as uri:
+        accept(headset, uri)
+
+
+@contextmanager
+def offered(pairing: Sequence[str | Path]) -> Iterator[str]:
+    """Runs `ml2-receiver pair` and yields its URI, when the receiver has its key.
+
+    Waits at the end until it has stored the headset that accepted.
+    """
     command = [*map(str, pairing), "--listen", "127.0.0.1:0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
-        uri = process.stdout.readline().strip()
         try:
-            answer = [*map(str, headset), "--pair", uri]
-            if subprocess.call(answer, stdout=subprocess.DEVNULL, timeout=_PATIENCE_S):
-                raise SystemExit("the headset could not be paired with the receiver")
+            yield process.stdout.readline().strip()
             process.wait(_PATIENCE_S)
         finally:
             process.terminate()
+
+
+def accept(headset: Sequence[str | Path], uri: str) -> None:
+    """Lets `ml2-headset` pair.
+
+    Raises:
+        SystemExit: it did not; it has said why on standard error.
+    """
+    answer = [*map(str, headset), "--pair", uri]
+    if subprocess.call(answer, stdout=subprocess.DEVNULL, timeout=_PATIENCE_S):
+        raise SystemExit("the headset could not be paired with the receiver")
