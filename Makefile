@@ -32,7 +32,7 @@ cmake --build build/native/$(1) --parallel 2 $(3)
 endef
 # Where it is set, each Python process would compile all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
-maven_options := --no-transfer-progress $(if $(CI),--batch-mode)
+maven_options := --no-transfer-progress -Dtest.timeout_s=$(PYTEST_TIMEOUT) $(if $(CI),--batch-mode)
 maven := mvn $(maven_options)
 # C and C++ are compiled once for equal sources; what needs no precompiled header, also for other clones.
 export CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)

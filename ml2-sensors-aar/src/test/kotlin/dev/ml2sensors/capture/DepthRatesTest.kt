@@ -6,7 +6,6 @@ import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import kotlin.test.assertContains
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
@@ -14,7 +13,6 @@ import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TestTimeSource
 
 /** 30 and 60 Hz are not to be had under light of 50 Hz mains, 25 and 50 Hz not under that of 60 Hz mains. */
-@Timeout(60)
 class DepthRatesTest {
     private val fixture = CaptureFixture()
     private val time = TestTimeSource()

@@ -10,7 +10,6 @@ import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import java.lang.management.BufferPoolMXBean
 import java.lang.management.ManagementFactory
 import kotlin.test.assertTrue
@@ -23,7 +22,6 @@ class EnduranceTest {
     fun close(): Unit = fixture.close()
 
     @Test
-    @Timeout(300)
     fun memoryDoesNotGrowWithTheFrames() = runBlocking<Unit> {
         Simulation.configure("clock", "manual")
         val images = Channel<Unit>(Channel.UNLIMITED)

@@ -23,14 +23,12 @@ import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.yield
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
 
 /** Collectors that come, go, lag and keep; a device that fails. */
-@Timeout(60)
 class NativeSourceTest {
     private val fixture = CaptureFixture()
 

@@ -14,14 +14,12 @@ import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.BeforeEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import javax.imageio.ImageIO
 import kotlin.test.assertEquals
 import kotlin.test.assertNotNull
 import kotlin.test.assertTrue
 
 /** The second way to the sensors: the Khronos loader and the simulated headset's runtime. */
-@Timeout(120)
 class OpenXrTest {
     @BeforeEach
     fun begin() {

@@ -15,11 +15,9 @@ import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 
-@Timeout(60)
 class SampleQueueTest {
     private val queue = SampleQueue(2)
     private val released = mutableListOf<Long>()

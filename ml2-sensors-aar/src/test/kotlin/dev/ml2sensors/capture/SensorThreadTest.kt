@@ -1,19 +1,18 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamTable
-import kotlinx.coroutines.runBlocking
-import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import java.util.concurrent.CountDownLatch
 import java.util.concurrent.LinkedBlockingQueue
 import java.util.concurrent.TimeUnit
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertTrue
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.Test
 
 /** On a vendor's library whose calls do not return until the test says so. */
-@Timeout(60)
 class SensorThreadTest {
     private val answer = CountDownLatch(1)
     private val calls = LinkedBlockingQueue<String>()
@@ -70,5 +69,5 @@ class SensorThreadTest {
         assertEquals("close", poll())
     }
 
-    private fun poll(): String? = calls.poll(20, TimeUnit.SECONDS)
+    private fun poll(): String? = calls.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)
 }

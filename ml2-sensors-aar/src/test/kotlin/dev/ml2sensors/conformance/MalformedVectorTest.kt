@@ -1,5 +1,6 @@
 package dev.ml2sensors.conformance
 
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
@@ -17,6 +18,12 @@ import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.Hello
 import dev.ml2sensors.wire.ProtocolException
+import java.io.IOException
+import java.util.concurrent.Callable
+import java.util.concurrent.Executors
+import kotlin.test.assertEquals
+import kotlin.test.assertIs
+import kotlin.time.Duration.Companion.milliseconds
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
@@ -37,13 +44,6 @@ import org.junit.jupiter.api.DynamicTest
 import org.junit.jupiter.api.DynamicTest.dynamicTest
 import org.junit.jupiter.api.TestFactory
 import org.junit.jupiter.api.TestInstance
-import java.io.IOException
-import java.util.concurrent.Callable
-import java.util.concurrent.Executors
-import kotlin.test.assertEquals
-import kotlin.test.assertIs
-import kotlin.time.Duration.Companion.milliseconds
-import kotlin.time.Duration.Companion.seconds
 
 /**
  * Runs the device's side of tests/conformance/vectors/malformed. Several app instances share the vectors, and each
@@ -157,11 +157,7 @@ private class App(private val scope: CoroutineScope) {
     }
 
     private fun failureOf(session: Deferred<Throwable?>): Throwable? =
-        runBlocking { withTimeout(FAILURE_LIMIT) { session.await() } }
-
-    private companion object {
-        val FAILURE_LIMIT = 60.seconds
-    }
+        runBlocking { withTimeout(TEST_LIMIT) { session.await() } }
 }
 
 private fun Vector.text(key: String): String = case.getValue(key).jsonPrimitive.content

@@ -1,5 +1,6 @@
 package dev.ml2sensors.conformance
 
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.session.HostFrame
 import java.io.Closeable
 import java.io.DataInputStream
@@ -47,7 +48,7 @@ internal class VectorHost : Closeable {
     }
 
     private fun accept(name: String, given: String, lane: String): Boolean {
-        server.soTimeout = LIMIT_MILLIS
+        server.soTimeout = TEST_LIMIT.inWholeMilliseconds.toInt()
         val socket = server.accept()
         lanes[name] = socket
         val input = DataInputStream(socket.getInputStream())
@@ -66,10 +67,10 @@ internal class VectorHost : Closeable {
 
     /** The next frame of [kind] on any lane; or, for [HostFrame.END], the end of control. */
     fun await(kind: Int): HostFrame {
-        val end = System.nanoTime() + LIMIT_MILLIS * NANOS_PER_MILLI
+        val end = System.nanoTime() + TEST_LIMIT.inWholeNanoseconds
         while (true) {
             val next = received.poll(end - System.nanoTime(), TimeUnit.NANOSECONDS)
-            assertNotNull(next, "kind $kind did not come within $LIMIT_MILLIS ms")
+            assertNotNull(next, "kind $kind did not come within $TEST_LIMIT")
             val isOver = next.kind == HostFrame.END && next.lane == "control"
             if (if (kind == HostFrame.END) isOver else next.kind == kind) return next
             assertFalse(isOver, "control ended before kind $kind came")
@@ -96,7 +97,6 @@ internal class VectorHost : Closeable {
 
     companion object {
         /** Only ends a test that hangs: on a busy machine, the first sessions have taken 35 s. */
-        private const val LIMIT_MILLIS = 120_000
         private const val BACKLOG = 16
         private const val TIMES_BYTES = 24
         private const val NANOS_PER_MILLI = 1_000_000L

@@ -1,6 +1,5 @@
 package dev.ml2sensors.fuzz
 
-import org.junit.jupiter.api.Timeout
 import org.junit.jupiter.params.ParameterizedTest
 import org.junit.jupiter.params.provider.EnumSource
 import kotlin.random.Random
@@ -9,7 +8,6 @@ import kotlin.random.Random
 class FuzzTest {
     @ParameterizedTest
     @EnumSource
-    @Timeout(120)
     internal fun strangersBytesAreRefusedOrRead(target: FuzzTarget) {
         val seeds = target.seeds()
         seeds.forEach(target::read)

@@ -3,7 +3,6 @@ package dev.ml2sensors.session
 import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.flow.emptyFlow
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import java.io.IOException
 import java.net.InetAddress
 import java.net.InetSocketAddress
@@ -16,7 +15,6 @@ import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
 
 /** A receiver whose name has several addresses. */
-@Timeout(60)
 class AddressesTest {
     @Test
     fun anAddressThatRefusesIsFollowedByTheNextWhateverItsFamily() {

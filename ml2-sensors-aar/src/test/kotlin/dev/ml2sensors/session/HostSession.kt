@@ -1,9 +1,7 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.table.StreamTable
-import kotlinx.serialization.json.JsonObject
-import kotlinx.serialization.json.jsonObject
-import kotlinx.serialization.json.jsonPrimitive
 import java.io.DataInputStream
 import java.io.IOException
 import java.net.Socket
@@ -12,10 +10,12 @@ import java.nio.ByteOrder
 import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.CountDownLatch
-import java.util.concurrent.TimeUnit
 import java.util.concurrent.locks.ReentrantLock
 import kotlin.concurrent.thread
 import kotlin.concurrent.withLock
+import kotlinx.serialization.json.JsonObject
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
 
 /** One session of a [ScriptedHost], from HELLO on. One thread reads each connection into the log of frames. */
 internal class HostSession(private val control: Socket, val hello: HostFrame, private val host: ScriptedHost) {
@@ -179,7 +179,7 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     }
 
     private fun <T : Any> awaitLog(what: String, find: () -> T?): T = lock.withLock {
-        var leftNanos = TimeUnit.SECONDS.toNanos(ScriptedHost.LIMIT_SECONDS)
+        var leftNanos = TEST_LIMIT.inWholeNanoseconds
         var found = find()
         while (found == null) {
             if (leftNanos <= 0) throw AssertionError("awaited $what, found\n${log.takeLast(10).joinToString("\n")}")

@@ -15,7 +15,6 @@ import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import java.io.IOException
 import java.nio.ByteBuffer
 import kotlin.random.Random
@@ -24,7 +23,6 @@ import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
 import kotlin.test.assertNotNull
 
-@Timeout(30)
 class LaneTest {
     private val counters = ChannelCounters()
     private val pool = CountedBuffers(bufferBytes = 4)

@@ -5,14 +5,12 @@ import kotlinx.serialization.json.jsonPrimitive
 import kotlinx.serialization.json.long
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import java.util.zip.Deflater
 import kotlin.test.assertEquals
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
 
 /** Link tests in sessions that go on beside them. */
-@Timeout(60)
 class LinkTestSessionTest {
     private val fixture = SessionFixture()
     private val host = fixture.host

@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.TEST_LIMIT
 import java.io.Closeable
 import java.io.DataInputStream
 import java.io.IOException
@@ -58,7 +59,7 @@ internal class ScriptedHost(
 
     /** Waits for the next HELLO. */
     fun awaitHello(): HostSession {
-        val session = assertNotNull(hellos.poll(LIMIT_SECONDS, TimeUnit.SECONDS), "no HELLO came")
+        val session = assertNotNull(hellos.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS), "no HELLO came")
         current = session
         return session
     }
@@ -106,7 +107,6 @@ internal class ScriptedHost(
     fun rosNowNanos(): Long = System.nanoTime() + clockOffsetNanos
 
     companion object {
-        const val LIMIT_SECONDS = 20L
         private const val BACKLOG = 50
     }
 }

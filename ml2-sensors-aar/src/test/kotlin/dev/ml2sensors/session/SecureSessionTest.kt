@@ -10,7 +10,6 @@ import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.transport.WrongReceiverException
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import org.junit.jupiter.params.ParameterizedClass
 import org.junit.jupiter.params.provider.EnumSource
 import kotlin.test.assertEquals
@@ -18,7 +17,6 @@ import kotlin.test.assertIs
 import kotlin.test.assertNull
 
 /** Sessions over TLS, with the engine of the JVM and Android's. */
-@Timeout(60)
 @ParameterizedClass
 @EnumSource(TlsProvider::class)
 class SecureSessionTest(private val provider: TlsProvider) {

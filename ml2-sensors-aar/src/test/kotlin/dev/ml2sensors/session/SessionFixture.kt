@@ -1,9 +1,15 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.Hello
+import java.io.Closeable
+import java.net.InetAddress
+import java.net.ServerSocket
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
@@ -13,11 +19,6 @@ import kotlinx.coroutines.cancel
 import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
-import java.io.Closeable
-import java.net.InetAddress
-import java.net.ServerSocket
-import kotlin.time.Duration
-import kotlin.time.Duration.Companion.seconds
 
 /** Sessions of [FakeStreams] with a [ScriptedHost]. */
 internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSocket = ServerSocket()) : Closeable {
@@ -53,18 +54,14 @@ internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSo
     }
 
     /** Waits until the session has called [call]. */
-    fun await(call: String) = runBlocking { withTimeout(LIMIT) { streams.calls.first { call in it } } }
+    fun await(call: String) = runBlocking { withTimeout(TEST_LIMIT) { streams.calls.first { call in it } } }
 
-    fun outcome(session: Deferred<Throwable?>): Throwable? = runBlocking { withTimeout(LIMIT) { session.await() } }
+    fun outcome(session: Deferred<Throwable?>): Throwable? = runBlocking { withTimeout(TEST_LIMIT) { session.await() } }
 
     fun offer(topic: String, payloadBytes: Int = 8) = runBlocking { streams.offer(topic, payloadBytes) }
 
     override fun close() {
         scope.cancel()
         host.close()
-    }
-
-    private companion object {
-        val LIMIT = ScriptedHost.LIMIT_SECONDS.seconds
     }
 }

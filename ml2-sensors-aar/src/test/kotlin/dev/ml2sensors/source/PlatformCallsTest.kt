@@ -1,7 +1,6 @@
 package dev.ml2sensors.source
 
-import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
+import dev.ml2sensors.TEST_LIMIT
 import java.util.concurrent.CountDownLatch
 import java.util.concurrent.LinkedBlockingQueue
 import java.util.concurrent.TimeUnit
@@ -9,8 +8,8 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
+import org.junit.jupiter.api.Test
 
-@Timeout(60)
 class PlatformCallsTest {
     private val calls = PlatformCalls(limit = 50.milliseconds)
 
@@ -36,7 +35,7 @@ class PlatformCallsTest {
         }
         assertEquals("another", calls.call("asking") { "another" })
         answer.countDown()
-        assertEquals("open 0", late.poll(LIMIT_SECONDS, TimeUnit.SECONDS))
+        assertEquals("open 0", late.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS))
         assertEquals("open", calls.call("opening") { "open" })
         assertTrue(late.isEmpty())
     }
@@ -60,9 +59,5 @@ class PlatformCallsTest {
         val undone = generateSequence { late.poll(1, TimeUnit.SECONDS) }.toSet()
         assertTrue(undone.isNotEmpty())
         while (runCatching { calls.call("opening") {} }.isFailure) Thread.onSpinWait()
-    }
-
-    private companion object {
-        const val LIMIT_SECONDS = 20L
     }
 }

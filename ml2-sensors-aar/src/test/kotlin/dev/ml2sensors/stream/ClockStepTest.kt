@@ -11,11 +11,9 @@ import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import kotlin.random.Random
 import kotlin.test.assertEquals
 
-@Timeout(60)
 class ClockStepTest {
     private val fixture = StreamFixture()
     private val headset = fixture.headset

@@ -13,12 +13,10 @@ import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import kotlin.test.assertEquals
 import kotlin.test.assertTrue
 
 /** produced = received + gaps, and gaps = sum of drops by reason, whatever the link does. */
-@Timeout(60)
 class CountersTest {
     private val fixture = StreamFixture(receiveBufferBytes = 16_384)
     private val headset = fixture.headset

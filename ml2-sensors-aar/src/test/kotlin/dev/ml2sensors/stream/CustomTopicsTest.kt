@@ -8,7 +8,6 @@ import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import java.nio.ByteBuffer
 import kotlin.math.abs
 import kotlin.test.assertContains
@@ -21,7 +20,6 @@ import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
 
 /** Topics of the app's own, as a receiver sees them. */
-@Timeout(60)
 class CustomTopicsTest {
     private val fixture = StreamFixture()
 

@@ -29,12 +29,10 @@ import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertTrue
 
-@Timeout(60)
 class MeasurementTest {
     private val fixture = StreamFixture()
     private val headset = fixture.headset

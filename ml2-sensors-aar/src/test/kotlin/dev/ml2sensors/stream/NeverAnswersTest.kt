@@ -24,7 +24,6 @@ import kotlinx.coroutines.withContext
 import kotlinx.coroutines.withTimeout
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
@@ -33,7 +32,6 @@ import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.seconds
 
 /** A headset whose calls do not return until the test says so. */
-@Timeout(120)
 class NeverAnswersTest {
     private val host = ScriptedHost()
     private val fake = FakeHeadset()

@@ -10,14 +10,12 @@ import kotlinx.serialization.json.JsonElement
 import kotlinx.serialization.json.jsonObject
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import java.io.IOException
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
 
 /** A stream that the receiver asked for runs, or says why not, and comes back by itself. */
-@Timeout(60)
 class OutageTest {
     private val fixture = StreamFixture()
     private val headset = fixture.headset

@@ -15,14 +15,12 @@ import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import java.io.IOException
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
 
 /** A recording waits for its reader, keeps its intervals, and ends by itself. */
-@Timeout(60)
 class RecordingTest {
     private val fixture = StreamFixture(Headset.Timeline.RECORDED, receiveBufferBytes = 16_384)
     private val headset = fixture.headset

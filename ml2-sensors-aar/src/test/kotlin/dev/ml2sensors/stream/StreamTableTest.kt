@@ -19,11 +19,9 @@ import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
-import org.junit.jupiter.api.Timeout
 import kotlin.test.assertEquals
 
 /** Every stream at once, against the topics of the specification. */
-@Timeout(60)
 class StreamTableTest {
     private val fixture = StreamFixture()
 

@@ -1,6 +1,5 @@
 package dev.ml2sensors.transport
 
-import org.junit.jupiter.api.Timeout
 import org.junit.jupiter.params.ParameterizedClass
 import org.junit.jupiter.params.provider.EnumSource
 import java.io.ByteArrayOutputStream
@@ -23,7 +22,6 @@ import kotlin.test.assertIs
 import kotlin.test.assertNull
 
 /** Bytes there and back, through the engine of the JVM and through Android's. */
-@Timeout(60)
 @ParameterizedClass
 @EnumSource(TlsProvider::class)
 class TlsChannelTest(private val provider: TlsProvider) {

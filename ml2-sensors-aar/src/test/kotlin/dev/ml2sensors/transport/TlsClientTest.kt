@@ -1,7 +1,6 @@
 package dev.ml2sensors.transport
 
 import dev.ml2sensors.session.HostFrame
-import org.junit.jupiter.api.Timeout
 import org.junit.jupiter.params.ParameterizedClass
 import org.junit.jupiter.params.provider.EnumSource
 import java.io.IOException
@@ -20,7 +19,6 @@ import kotlin.test.assertNull
 import kotlin.test.assertTrue
 
 /** Whom a device lets answer, and what it says of others. */
-@Timeout(60)
 @ParameterizedClass
 @EnumSource(TlsProvider::class)
 class TlsClientTest(private val provider: TlsProvider) {

@@ -1,5 +1,6 @@
 package dev.ml2sensors.transport
 
+import dev.ml2sensors.TEST_LIMIT
 import java.io.Closeable
 import java.io.IOException
 import java.net.InetAddress
@@ -60,7 +61,7 @@ internal class TlsPeer(
 
     /** How the script has ended, null for well; for each connection in turn. */
     fun awaitOutcome(): Throwable? {
-        val failure = synchronized(this) { outcome }.get(LIMIT_SECONDS, TimeUnit.SECONDS)
+        val failure = synchronized(this) { outcome }.get(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)
         synchronized(this) { outcome = CompletableFuture() }
         return failure
     }
@@ -68,7 +69,6 @@ internal class TlsPeer(
     override fun close(): Unit = server.close()
 
     companion object {
-        private const val LIMIT_SECONDS = 20L
 
         fun trusting(device: DeviceIdentity, seen: () -> Unit = {}) = object : X509TrustManager {
             override fun checkClientTrusted(chain: Array<X509Certificate>, authType: String) {

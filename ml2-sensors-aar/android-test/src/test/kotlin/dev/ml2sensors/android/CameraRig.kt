@@ -18,6 +18,13 @@ import android.os.Handler
 import android.util.Range
 import android.util.Size
 import android.view.Surface
+import dev.ml2sensors.TEST_LIMIT
+import java.lang.ref.WeakReference
+import java.util.concurrent.ConcurrentLinkedQueue
+import java.util.concurrent.CopyOnWriteArrayList
+import java.util.concurrent.CountDownLatch
+import java.util.concurrent.Executor
+import java.util.concurrent.atomic.AtomicBoolean
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.withTimeout
 import org.robolectric.Shadows.shadowOf
@@ -33,13 +40,6 @@ import org.robolectric.shadows.ShadowCaptureResult
 import org.robolectric.shadows.ShadowImageReader
 import org.robolectric.util.ReflectionHelpers
 import org.robolectric.util.ReflectionHelpers.ClassParameter
-import java.lang.ref.WeakReference
-import java.util.concurrent.ConcurrentLinkedQueue
-import java.util.concurrent.CopyOnWriteArrayList
-import java.util.concurrent.CountDownLatch
-import java.util.concurrent.Executor
-import java.util.concurrent.atomic.AtomicBoolean
-import kotlin.time.Duration.Companion.seconds
 
 /** A size in which a camera delivers [format], how long a frame takes at least, and how long it holds up others. */
 internal class Mode(val format: Int, val size: Size, val minNanos: Long, val stallNanos: Long = 0)
@@ -117,7 +117,7 @@ internal class CameraRig(private val manager: CameraManager) {
     fun remove(id: String): Unit = shadowOf(manager).removeCamera(id)
 
     /** Waits until a camera is asked to deliver. */
-    suspend fun awaitRunning(): Running = withTimeout(5.seconds) { running.receive() }
+    suspend fun awaitRunning(): Running = withTimeout(TEST_LIMIT) { running.receive() }
 
     /** Returns the next session that has been asked to deliver, or null if there is none. */
     fun nextRunning(): Running? = running.tryReceive().getOrNull()

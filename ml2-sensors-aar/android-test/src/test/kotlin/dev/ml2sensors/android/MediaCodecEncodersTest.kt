@@ -3,6 +3,7 @@ package dev.ml2sensors.android
 import android.media.MediaCodecInfo.CodecCapabilities
 import android.media.MediaCodecInfo.EncoderCapabilities
 import android.media.MediaFormat
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.SourceException
@@ -12,12 +13,6 @@ import dev.ml2sensors.source.VideoPacket
 import dev.ml2sensors.source.VideoSettings
 import dev.ml2sensors.source.hasParameterSets
 import dev.ml2sensors.source.isKeyFrame
-import org.junit.After
-import org.junit.Test
-import org.junit.runner.RunWith
-import org.robolectric.RobolectricTestRunner
-import org.robolectric.annotation.Config
-import org.robolectric.shadow.api.Shadow
 import java.nio.ByteBuffer
 import java.util.concurrent.LinkedBlockingQueue
 import java.util.concurrent.TimeUnit
@@ -28,6 +23,12 @@ import kotlin.test.assertFalse
 import kotlin.test.assertNotNull
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
+import org.junit.After
+import org.junit.Test
+import org.junit.runner.RunWith
+import org.robolectric.RobolectricTestRunner
+import org.robolectric.annotation.Config
+import org.robolectric.shadow.api.Shadow
 
 /** On Android 10's own MediaCodec, with openh264 below it. */
 @RunWith(RobolectricTestRunner::class)
@@ -165,13 +166,13 @@ class MediaCodecEncodersTest {
         AvcCodec.install(WIDTH, HEIGHT)
         val encoder = MediaCodecEncoders().open(SETTINGS, output)
         encoder.codec().fail()
-        val failure = failures.poll(LIMIT_S, TimeUnit.SECONDS)
+        val failure = failures.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)
         assertEquals("Android's encoder ${AvcCodec.NAME} failed: the chip is gone", failure?.message)
         encoder.close()
         assertFalse(hasThread())
     }
 
-    private fun packet() = assertNotNull(packets.poll(LIMIT_S, TimeUnit.SECONDS), "a packet; failures: $failures")
+    private fun packet() = assertNotNull(packets.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS), "a packet; failures: $failures")
 
     /** Waits for room, as the library's streams do not. */
     private fun VideoEncoder.put(image: ImageSample, micros: Long, asKeyFrame: Boolean) {
@@ -188,7 +189,6 @@ class MediaCodecEncodersTest {
     private companion object {
         const val WIDTH = 96
         const val HEIGHT = 64
-        const val LIMIT_S = 20L
         val SETTINGS = VideoSettings(WIDTH, HEIGHT, rateHz = 30, bitsPerSecond = 2_000_000)
         val Y = ByteArray(WIDTH * HEIGHT) { (it % WIDTH + 2 * (it / WIDTH)).toByte() }
         val U = ByteArray(WIDTH * HEIGHT / 4) { (100 + it % (WIDTH / 2)).toByte() }

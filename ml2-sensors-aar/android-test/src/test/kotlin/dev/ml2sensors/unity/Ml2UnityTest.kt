@@ -1,14 +1,19 @@
 package dev.ml2sensors.unity
 
 import android.Manifest
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.table.StreamTable
-import dev.ml2sensors.unity.UnityProbe.Companion.LIMIT_SECONDS
 import dev.ml2sensors.unity.UnityProbe.Companion.state
 import dev.ml2sensors.unity.UnityProbe.Companion.streams
 import dev.ml2sensors.unity.UnityProbe.Companion.text
+import kotlin.test.assertContentEquals
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertFalse
+import kotlin.test.assertTrue
 import kotlinx.serialization.json.Json
 import kotlinx.serialization.json.jsonArray
 import kotlinx.serialization.json.jsonObject
@@ -20,12 +25,6 @@ import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
-import java.util.concurrent.TimeUnit
-import kotlin.test.assertContentEquals
-import kotlin.test.assertEquals
-import kotlin.test.assertFailsWith
-import kotlin.test.assertFalse
-import kotlin.test.assertTrue
 
 /** What C# sees of a headset that has a battery and nothing else, and of a scripted receiver. */
 @RunWith(RobolectricTestRunner::class)
@@ -174,9 +173,9 @@ class Ml2UnityTest {
 
     /** START and ERROR reach the headset on another connection than what tells the test of them. */
     private fun eventually(isSo: () -> Boolean) {
-        val end = System.nanoTime() + TimeUnit.SECONDS.toNanos(LIMIT_SECONDS)
+        val end = System.nanoTime() + TEST_LIMIT.inWholeNanoseconds
         while (!isSo()) {
-            assertTrue(System.nanoTime() < end, "not within $LIMIT_SECONDS s")
+            assertTrue(System.nanoTime() < end, "not within $TEST_LIMIT")
             Thread.sleep(1)
         }
     }

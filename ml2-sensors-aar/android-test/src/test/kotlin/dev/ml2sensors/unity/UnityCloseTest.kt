@@ -87,6 +87,6 @@ class UnityCloseTest {
         const val STREAMS = """{"battery": {}, "light_sensor": {}}"""
 
         /** The promise, and what a busy machine may add. */
-        val LIMIT = 500.milliseconds + 500.milliseconds
+        val LIMIT = 500.milliseconds + 1500.milliseconds
     }
 }

@@ -6,7 +6,6 @@ import com.github.ajalt.clikt.core.parse
 import com.github.ajalt.clikt.parsers.CommandLineParser
 import dev.ml2sensors.Version
 import dev.ml2sensors.simulator.replay.SyntheticRecording
-import org.junit.jupiter.api.Timeout
 import org.junit.jupiter.api.io.TempDir
 import java.io.File
 import kotlin.io.path.Path
@@ -17,7 +16,6 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertTrue
 
-@Timeout(60)
 class HeadsetCommandTest {
     @TempDir
     lateinit var folder: File

@@ -14,7 +14,6 @@ import kotlinx.coroutines.flow.onEach
 import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.runBlocking
-import org.junit.jupiter.api.Timeout
 import java.nio.file.Path
 import kotlin.io.path.absolute
 import kotlin.io.path.createDirectories
@@ -27,7 +26,6 @@ import kotlin.test.assertIs
 import kotlin.test.assertNotNull
 import kotlin.test.assertTrue
 
-@Timeout(120)
 class SimulatedHeadsetTest {
     private fun samples(stream: StreamSpec, values: StreamValues, count: Int, late: (Int) -> Unit = {}): List<Sample> {
         assertIs<Answer.Applied>(headset.negotiate(stream, values))
