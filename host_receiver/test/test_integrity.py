@@ -269,3 +269,29 @@ def test_what_several_topics_have_in_common_is_said_once(
     lines = [it for it in capsys.readouterr().out.splitlines() if it.startswith("hint")]
     (line,) = lines
     assert "latency of 5 topics" in line
+
+
+def test_texts_of_other_nodes_are_neither_configuration_nor_metadata(tmp_path: Path) -> None:
+    camera = replace(config(), topic="/other/image_raw", type="sensor_msgs/msg/Image")
+    others = [
+        replace(config(), topic=topic, payload=string(text))
+        for topic, text in (
+            ("/slam/config", "hello"),
+            ("/slam/metadata", "[1]"),
+            ("/other/metadata", "exposure 3 ms"),
+        )
+    ]
+    camera = replace(camera, stamp_ns=BEGIN_NS, payload=None)
+    found = checks(tmp_path, [*others, camera, *sound()])
+    assert {found[it.topic, "messages"].verdict for it in others} == {"ok"}
+    assert ("/other/image_raw", "pairs with metadata") not in found
+    assert found[IMAGES, "pairs with metadata"].verdict == "ok"
+
+
+def test_metadata_that_are_not_like_the_others_are_broken(tmp_path: Path) -> None:
+    found = checks(
+        tmp_path,
+        damaged(METADATA, lambda n, it: it if n else replace(it, payload=string("no JSON"))),
+    )
+    assert found[METADATA, "messages"].figures == {"messages": 90, "broken": 1}
+    assert found[METADATA, "messages"].verdict == "wrong"

@@ -230,3 +230,19 @@ def test_a_timeline_changes_its_speed_pauses_and_goes_on_from_elsewhere(
     line.start(0)
     scene.pass_time(1)
     assert (line.now_ns(), line.position) == (7 * SECOND_NS, (0, 0))
+
+
+def test_messages_that_the_recorder_wrote_late_are_played_in_their_turn(
+    tmp_path: Path, scene: Scene
+) -> None:
+    """Also those that are earlier than the first one in the file."""
+    session = FakeSession()
+    a_player(tmp_path, batteries(20, 5, 40, 10), session, a_timeline()).play(scene.stopping)
+    assert session.sent == [5, 10, 20, 40]
+
+
+def test_what_is_not_sent_is_counted_by_topic(tmp_path: Path, scene: Scene) -> None:
+    foreign = [("/slam/odom", second, bag_scene.battery(second)) for second in (1, 2, 3)]
+    player = a_player(tmp_path, [*batteries(0, 1), *foreign], FakeSession(), a_timeline())
+    player.play(scene.stopping)
+    assert (player.sent, player.unsent) == (2, {"/slam/odom": 3, "/p/config": 1})

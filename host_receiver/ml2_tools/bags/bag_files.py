@@ -34,7 +34,8 @@ def bag_files(path: Path) -> tuple[list[Path], list[str]]:
 
 def _files_of(path: Path) -> tuple[list[Path], list[str]]:
     there = sorted(path.glob(f"*{_SUFFIX}"))
-    others = [error for it in sorted(path.iterdir()) if (error := unsupported_by_name(it))]
+    found = sorted({_unpacked(it) for it in path.iterdir()})
+    others = [error for it in found if (error := unsupported_by_name(it))]
     files = _named(path)
     if files is not None:
         surplus = [it.name for it in there if it not in files]
@@ -58,7 +59,8 @@ def _named(folder: Path) -> list[Path] | None:
     try:
         document = yaml.load(metadata.read_bytes(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
         information = document["rosbag2_bagfile_information"]
-        files = [folder / Path(name).name for name in information["relative_file_paths"]]
+        named = information["relative_file_paths"]
+        files = [_unpacked(folder / Path(name).name) for name in named]
         mode = str(information.get("compression_mode", "")).upper()
     except FileNotFoundError:
         return None
@@ -80,6 +82,12 @@ def _named(folder: Path) -> list[Path] | None:
                 hint="Bring it back, or remove metadata.yaml to read the other files.",
             )
     return list(dict.fromkeys(files)) or None
+
+
+def _unpacked(file: Path) -> Path:
+    """The file that somebody unpacked beside a compressed one, or the compressed one."""
+    unpacked = file.with_suffix("")
+    return unpacked if file.suffix == ".zstd" and unpacked.exists() else file
 
 
 def messages_compressed(path: Path) -> RecordingError:

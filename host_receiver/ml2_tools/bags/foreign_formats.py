@@ -11,15 +11,17 @@ from ml2_receiver.errors import RecordingError
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _TO_MCAP = "Convert it to MCAP with `{}`."
 _SQLITE = "is in rosbag2's SQLite format", _TO_MCAP.format("ros2 bag convert")
+_PACKED = "is compressed as a whole (compression_mode FILE)"
 _FORMATS = {
     b"SQLite f": _SQLITE,
     b"#ROSBAG ": ("is a recording of ROS 1", _TO_MCAP.format("rosbags-convert")),
-    ZSTD_MAGIC: (
-        "is compressed as a whole (compression_mode FILE)",
-        "Unpack it: zstd --decompress {file}",
-    ),
+    ZSTD_MAGIC: (_PACKED, "Unpack it into another file: zstd --decompress --stdout {file}"),
 }
-_ENDINGS = {".db3": _SQLITE, ".mcap.zstd": _FORMATS[ZSTD_MAGIC], ".db3.zstd": _SQLITE}
+_ENDINGS = {
+    ".db3": _SQLITE,
+    ".mcap.zstd": (_PACKED, "Unpack it: zstd --decompress {file}"),
+    ".db3.zstd": _SQLITE,
+}
 
 
 def check_format(file: Path, beginning: bytes) -> None:
