@@ -91,6 +91,7 @@ def test_the_link_is_text_and_changes_alone(
         assert (asked.link, set(asked.streams)) == (link, {"world_left", "color", "tf"})
         device.expect_start(asked.request)
         assert client.ask("get", "general.link") == [text]
+    assert client.ask("set", {"save.keys": "general.link"}) == [[True, ""]]
     assert client.ask("trigger", "save_config")[0]
     assert "link: 2.5" in config.read_text()
     config.write_text(config.read_text().replace("link: 2.5", "link: 7"))
@@ -146,6 +147,7 @@ def test_save_and_reload(client: Client, device: MockDevice, config: Path) -> No
     config.write_text(config.read_text().replace("left one", "left camera"))
     client.ask("set", {f"{COLOR}.mode": "640x480@15", "tf.layout": "rig"})
     device.reconfigure()
+    client.ask("set", {"save.keys": f" tf.layout  {COLOR}.mode "})
     assert client.ask("trigger", "save_config") == [True, f"written to {config}"]
     saved = config.read_text()
     assert "# mine\n/config_ML_node:\n" in saved

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
 
+from ..configuration.eye_cameras import is_eye_camera
 from ..errors import ListenError
 from ..session.server import Server
 from ..table.reader import load_table
@@ -18,7 +19,6 @@ from ..user_folder import user_folder
 
 PORT = 7755
 _LOOPBACK, _EVERYWHERE = ("127.0.0.1", PORT), everywhere(PORT)
-_EYE_CAMERA = "com.magicleap.permission.EYE_CAMERA"
 _EYE_IMAGES = "eye images are biometric: pair, or allow with --insecure-eye-images"
 _INSECURE = (
     "WARNING: --insecure: no encryption, and everybody who can reach {} can send and be believed"
@@ -90,7 +90,7 @@ class SessionPort:
         return {
             stream.id: _EYE_IMAGES
             for stream in table.streams.values()
-            if _EYE_CAMERA in table.sections[stream.section].permissions
+            if is_eye_camera(table.sections[stream.section])
         }
 
     def follow(self, server: Server) -> None:

@@ -20,8 +20,8 @@ MAX_BYTES = 64 * 1024
 _NODE_NAMES = ("ml2_receiver", "config_ML_node")
 # ROS's names for all nodes; the last part of a path of namespaces, or the whole.
 _ANY_NODE = ("**", "*")
-# What a node has for ROS, its publishers and recordings; `ros2 param dump` writes it, too.
-_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides", "record")
+# What a node has for ROS, its publishers and its services; `ros2 param dump` writes it, too.
+_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides", "record", "save")
 MAX_SHOWN = 60
 
 

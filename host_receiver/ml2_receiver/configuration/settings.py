@@ -19,6 +19,7 @@ from .config_rules import (
     read_values,
     without_modes,
 )
+from .eye_cameras import eye_camera_problems
 from .parameter_file import MAX_SHOWN, Parameter
 
 
@@ -27,24 +28,29 @@ class Settings:
     """The values that were set, key by key, and the resulting configuration.
 
     `values` has every key as it was set last. Where those of a camera are not legal together, its
-    last legal ones stay in `config`, and `pending` says what is missing.
+    last legal ones stay in `config`, and `pending` says what is missing. `operators` has the values
+    that are the operator's own: of the file and of the start.
     """
 
     values: Values
     config: Config
+    operators: Values
     pending: tuple[Problem, ...] = ()
 
     @classmethod
     def of(cls, config: Config) -> Self:
-        return cls(config.values, config)
+        return cls(config.values, config, config.values)
 
-    def changed(self, changes: Mapping[str, object], *, may_wait: bool = False) -> "Settings":
+    def changed(
+        self, changes: Mapping[str, object], *, may_wait: bool = False, by_peer: bool = False
+    ) -> "Settings":
         """The settings with some keys changed; `<camera>.mode`, "1280x720@30", stands for three.
 
         The order of the changes does not matter: a mode and a key that contradict are refused.
 
         Args:
             may_wait: a value that is legal, but not with the camera's others, waits for them.
+            by_peer: anybody in the ROS domain wants it, who may not switch on eye cameras.
 
         Raises:
             ConfigError: with what config check would say.
@@ -56,6 +62,8 @@ class Settings:
         if problems := problems or list(key_problems(shown, sections)):
             raise ConfigError(problems, "")
         values = read_values(shown, sections)
+        if by_peer and (problems := list(eye_camera_problems(self.operators, values))):
+            raise ConfigError(problems, "")
         pending = [
             problem
             for section in sections.values()
@@ -73,7 +81,8 @@ class Settings:
         before = self.config.cameras.items()
         kept = {id: it for id, it in before if f"{id}.calibration" not in changed}
         config = replace(self.config, values=legal, cameras=kept | cameras)
-        return Settings(values, config, tuple(pending))
+        operators = self.operators if by_peer else values
+        return Settings(values, config, operators, tuple(pending))
 
     def calibrated(self, camera: str, calibration: Calibration) -> "Settings":
         """Returns these settings with a calibration, used until the key `calibration` is set."""

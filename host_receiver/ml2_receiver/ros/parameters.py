@@ -28,8 +28,8 @@ from ..wire.json_body import Scalar
 from .failures import Answer, Failures
 from .qos_overrides import unused
 
-# Declared by rclpy, by it or for publishers, or for recordings; no keys of the configuration.
-_OTHERS = re.compile(r"use_sim_time|start_type_description_service|(qos_overrides|record)\..*")
+# Declared by rclpy, by it or for publishers, or for services; no keys of the configuration.
+_OTHERS = re.compile(r"use_sim_time|start_type_description_service|(qos_overrides|record|save)\..*")
 _TYPES = {
     "bool": Parameter.Type.BOOL,
     "integer": Parameter.Type.INTEGER,
@@ -90,19 +90,14 @@ class ParameterNode(Node):
         others = [parameter for parameter in parameter_list if _OTHERS.fullmatch(parameter.name)]
         changes = {p.name: p.value for p in parameter_list if p not in others}
         try:
-            settings = self._settings.changed(changes, may_wait=len(parameter_list) == 1)
+            settings = self._settings.changed(
+                changes, may_wait=len(parameter_list) == 1, by_peer=True
+            )
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        before, after = self._settings.parameters(), settings.parameters()
-        changed = [
-            self._parameter(name, value) for name, value in after.items() if value != before[name]
-        ]
-        result = super().set_parameters_atomically([*changed, *others])
-        if result.successful and changes:
-            self._settings = settings
-            result.reason = "; ".join(f"{p.located_in('')}: waiting" for p in settings.pending)
-            self._changed(settings)
-        return result
+        if not changes:
+            return super().set_parameters_atomically(others)
+        return self._take(settings, others)
 
     def calibrate(self, camera: str, calibration: Calibration) -> None:
         """Has this in force for a camera's section, until its parameter `calibration` is set."""
@@ -111,8 +106,20 @@ class ParameterNode(Node):
 
     def load(self, config: Config) -> SetParametersResult:
         """Sets all parameters as they would be had the node started with `config`."""
-        values = self._settings_of(config).values
-        return self.set_parameters_atomically([self._parameter(*item) for item in values.items()])
+        return self._take(self._settings_of(config), [])
+
+    def _take(self, settings: Settings, others: Sequence[Parameter]) -> SetParametersResult:
+        """Sets the parameters that have other values in `settings`, and all of `others`."""
+        before, after = self._settings.parameters(), settings.parameters()
+        changed = [
+            self._parameter(name, value) for name, value in after.items() if value != before[name]
+        ]
+        result = super().set_parameters_atomically([*changed, *others])
+        if result.successful:
+            self._settings = settings
+            result.reason = "; ".join(f"{p.located_in('')}: waiting" for p in settings.pending)
+            self._changed(settings)
+        return result
 
     def _settings_of(self, config: Config) -> Settings:
         try:

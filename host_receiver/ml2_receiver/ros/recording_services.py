@@ -16,8 +16,8 @@ from ..session.report import Report
 from ..topics.control import Control
 from ..topics.diagnostics import Level, Row
 from ..topics.fan_out import FanOut
+from .outcome import Outcome, trigger
 from .parameters import ParameterNode
-from .services import Outcome, trigger
 
 _OTHER_FOLDER = "Set the parameter record.folder to another folder."
 _NAMED_BY_TIME = "ml2_%Y-%m-%d_%H-%M-%S"

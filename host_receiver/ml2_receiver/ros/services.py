@@ -7,13 +7,11 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from ..configuration.config_file import ConfigFile
-from ..errors import ReceiverError
 from ..table.reader import load_table
 from ..topics.control import Control
+from .outcome import Outcome, trigger
 from .parameters import ParameterNode
-
-# Whether it was done, and what there is to say of it.
-type Outcome = tuple[bool, str]
+from .save_service import add_save_service
 
 
 def add_services(node: ParameterNode, control: Control, file: ConfigFile) -> None:
@@ -34,10 +32,6 @@ def add_services(node: ParameterNode, control: Control, file: ConfigFile) -> Non
         control.test_link()
         return True, "filler is asked for; /diagnostics has the rate, row link, in a few seconds"
 
-    def save() -> Outcome:
-        file.save(node.config)
-        return True, f"written to {file.path}"
-
     def reload() -> Outcome:
         result = node.load(file.load())
         return result.successful, result.reason
@@ -46,24 +40,13 @@ def add_services(node: ParameterNode, control: Control, file: ConfigFile) -> Non
         "start": start,
         "stop": stop,
         "test_link": test_link,
-        "save_config": save,
         "reload": reload,
     }.items():
         node.create_service(Trigger, f"~/{name}", trigger(act))
+    add_save_service(node, file)
     for section in load_table().sections.values():
         if "enabled" in section.keys:
             node.create_service(SetBool, f"~/enable_{section.id}", _enable(node, section.id))
-
-
-def trigger(act: Callable[[], Outcome]) -> Callable[[Any, Any], Any]:
-    def respond(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        try:
-            response.success, response.message = act()
-        except ReceiverError as error:
-            response.success, response.message = False, error.in_one_line()
-        return response
-
-    return respond
 
 
 def _enable(node: ParameterNode, section: str) -> Callable[[Any, Any], Any]:

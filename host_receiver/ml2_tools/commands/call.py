@@ -10,7 +10,7 @@ from .live import PATIENCE_S, receiver_client
 _SERVICES = {
     "start": "let the streams run",
     "stop": "stop all streams; the headset stays connected",
-    "save_config": "write the configuration in force to its file",
+    "save_config": "write the values in force of these KEYs to the configuration file",
     "reload": "read that file again",
     "start_recording": "record into the folder of parameter record.folder; see `record --attach`",
     "stop_recording": "end that recording",
@@ -19,14 +19,16 @@ _SERVICES = {
 _EPILOG = f"""\
 services:
 {"".join(f"  {name:<15} {what}\n" for name, what in _SERVICES.items())}
-The same as `ros2 service call /ml2_receiver/SERVICE std_srvs/srv/Trigger`. To enable streams, use
-`ml2-receiver set`.
+The same as `ros2 service call /ml2_receiver/SERVICE std_srvs/srv/Trigger`. save_config writes the
+keys that the parameter save.keys names, and no others: anybody in the ROS domain can set some. To
+enable streams, use `ml2-receiver set`.
 
 Exit code: 0, or 2 if the receiver reports an error.
 
 examples:
   ml2-receiver call stop
-  ml2-receiver call save_config --name robot1
+  ml2-receiver call save_config tf.layout picture_center.mode
+  ml2-receiver call reload --name robot1
 """
 
 
@@ -35,13 +37,20 @@ def add_parser(subparsers: Subparsers) -> None:
         "call", help="start or stop streams, save or reload the configuration", epilog=_EPILOG
     )
     parser.add_argument("service", choices=tuple(_SERVICES), help="see below")
+    parser.add_argument("keys", nargs="*", metavar="KEY", help="of save_config")
     add_name(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.keys and options.service != "save_config":
+        raise RosError(f"{options.service} takes no keys, found {' '.join(options.keys)}")
     with receiver_client(options.name, PATIENCE_S, [options.service]) as client:
-        is_done, message = client.call(options.service)
+        is_done, message = True, ""
+        if options.keys:
+            is_done, message = client.set({"save.keys": " ".join(options.keys)})
+        if is_done:
+            is_done, message = client.call(options.service)
     if not is_done:
         raise RosError(message)
     print(message or "done")

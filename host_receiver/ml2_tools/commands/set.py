@@ -12,7 +12,8 @@ from .live import PATIENCE_S, receiver_client
 _EPILOG = """\
 Sets all values in one call: either all are valid together, or none is set. The receiver sends them
 to the headset at once, and only the changed streams restart. `ml2-receiver devices` shows the
-headset's answers; `ml2-receiver call save_config` saves the values. The same as `ros2 param set`.
+headset's answers; `ml2-receiver call save_config KEY` keeps a value for the next start. The same as
+`ros2 param set`. An eye camera needs the word of the configuration file, too.
 
 Exit code: 0, or 2 if the receiver refuses a value.
 
