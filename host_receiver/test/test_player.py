@@ -241,6 +241,13 @@ def test_messages_that_the_recorder_wrote_late_are_played_in_their_turn(
     assert session.sent == [5, 10, 20, 40]
 
 
+def test_the_time_ends_with_the_last_message(tmp_path: Path, scene: Scene) -> None:
+    time = a_timeline(rate=100)
+    a_player(tmp_path, batteries(0, 10), FakeSession(), time).play(scene.stopping)
+    scene.pass_time(7)
+    assert time.offset_s == 10
+
+
 def test_what_is_not_sent_is_counted_by_topic(tmp_path: Path, scene: Scene) -> None:
     foreign = [("/slam/odom", second, bag_scene.battery(second)) for second in (1, 2, 3)]
     player = a_player(tmp_path, [*batteries(0, 1), *foreign], FakeSession(), a_timeline())

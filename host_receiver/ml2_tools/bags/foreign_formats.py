@@ -11,16 +11,18 @@ from ml2_receiver.errors import RecordingError
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _TO_MCAP = "Convert it to MCAP with `{}`."
 _SQLITE = "is in rosbag2's SQLite format", _TO_MCAP.format("ros2 bag convert")
+_ROS_1 = "is a recording of ROS 1", _TO_MCAP.format("rosbags-convert")
 _PACKED = "is compressed as a whole (compression_mode FILE)"
 _FORMATS = {
     b"SQLite f": _SQLITE,
-    b"#ROSBAG ": ("is a recording of ROS 1", _TO_MCAP.format("rosbags-convert")),
+    b"#ROSBAG ": _ROS_1,
     ZSTD_MAGIC: (_PACKED, "Unpack it into another file: zstd --decompress --stdout {file}"),
 }
 _ENDINGS = {
     ".db3": _SQLITE,
-    ".mcap.zstd": (_PACKED, "Unpack it: zstd --decompress {file}"),
     ".db3.zstd": _SQLITE,
+    ".mcap.zstd": (_PACKED, "Unpack it: zstd --decompress {file}"),
+    ".bag": _ROS_1,
 }
 
 

@@ -57,6 +57,7 @@ class Player:
         """Plays from the timeline's position; returns False if the timeline jumps meanwhile."""
         jumps, start_ns = self._timeline.position
         latched: dict[str, BagMessage] = {}
+        last_ns = start_ns
         for message in self._reader.messages():
             if stopping.is_set():
                 return True
@@ -70,6 +71,8 @@ class Player:
             if not self._wait_until_due(message, jumps, stopping):
                 return stopping.is_set()
             self._send(message)
+            last_ns = message.time_ns
+        self._timeline.hold(last_ns)
         return True
 
     def _wait_until_due(self, message: BagMessage, jumps: int, stopping: threading.Event) -> bool:
