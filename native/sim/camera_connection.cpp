@@ -43,7 +43,7 @@ MLResult CameraConnection::open(MLHandle *out) {
     isDisconnected_ = false;
     leasedTo_ = nullptr;
     timing_ = {};
-    notCaptured_ = 0;
+    leftOut_ = 0;
     adjust(Counter::Handles, 1);
     *out = handle;
     return MLResult_Ok;
@@ -53,26 +53,22 @@ int64_t CameraConnection::newestDelivered() const {
     return captureIndex(mlTimeNow() - timing_.delayNanos, timing_.rate_hz);
 }
 
-void CameraConnection::pause() {
-    if (timing_.rate_hz != 0)
-        pausedIndex_ = newestDelivered();
-}
-
-void CameraConnection::start(CaptureTiming timing) {
+void CameraConnection::start(CaptureTiming timing, bool isDrawn) {
     const int64_t newest = captureIndex(mlTimeNow(), timing.rate_hz);
-    if (timing.rate_hz == timing_.rate_hz)
-        notCaptured_ += newest - pausedIndex_;
+    if (isDrawn && timing.rate_hz == timing_.rate_hz)
+        leaveOut(newest - lastIndex_);
     timing_ = timing;
     lastIndex_ = newest;
 }
 
-void CameraConnection::leaveOutOverdue() {
-    const int64_t count = newestDelivered() - 1 - lastIndex_;
-    if (count <= 0)
+void CameraConnection::leaveOutOverdue() { leaveOut(newestDelivered() - 1 - lastIndex_); }
+
+void CameraConnection::leaveOut(int64_t captures) {
+    if (captures <= 0)
         return;
-    lastIndex_ += count;
-    notCaptured_ += count;
-    countLeftOut(name_, count);
+    lastIndex_ += captures;
+    leftOut_ += captures;
+    countLeftOut(name_, captures);
 }
 
 bool CameraConnection::isDropped(int64_t index) const {

@@ -30,10 +30,8 @@ class CameraConnection {
     /** Connects the calling thread, unless a fault is on or there is another client. */
     MLResult open(MLHandle *out);
 
-    /** Stops captures while settings are applied. */
-    void pause();
-    /** Starts captures with this timing. Their numbers go on if only a pause is between. */
-    void start(CaptureTiming timing);
+    /** Starts captures with this timing. If frames were rendered for new settings, leaves out those since the last. */
+    void start(CaptureTiming timing, bool isDrawn = false);
 
     /**
      * Waits at most timeout_ms for the next capture; index is its number. There are no captures while delivers returns
@@ -42,7 +40,7 @@ class CameraConnection {
     MLResult awaitFrame(
         uint64_t timeout_ms, int64_t *index, bool (*delivers)() = [] { return true; });
 
-    int64_t frameNumber(int64_t index) const { return index - notCaptured_; }
+    int64_t frameNumber(int64_t index) const { return index - leftOut_; }
 
     /**
      * Call it when the frames of the capture that awaitFrame returned had to be rendered. Leaves out the captures that
@@ -69,6 +67,7 @@ class CameraConnection {
     friend class CameraCall;
     bool isDropped(int64_t index) const;
     int64_t newestDelivered() const;
+    void leaveOut(int64_t captures);
 
     const CameraKind kind_;
     const char *const name_;
@@ -78,8 +77,7 @@ class CameraConnection {
     std::atomic<bool> isDisconnected_{false};
     CaptureTiming timing_{};
     int64_t lastIndex_ = 0;
-    int64_t pausedIndex_ = 0;
-    int64_t notCaptured_ = 0; ///< Captures that the times of this connection have and the camera did not.
+    int64_t leftOut_ = 0; ///< Since the camera was opened.
     const void *leasedTo_ = nullptr;
     FrameLease lease_;
 };

@@ -78,7 +78,7 @@ void setPerceptionStarted(bool isStarted) {
 void countLeftOut(const char *camera, int64_t captures) {
     constexpr auto kPause = std::chrono::seconds(2);
     const auto now = std::chrono::steady_clock::now();
-    if (captures == 0)
+    if (captures <= 0)
         return;
     const std::lock_guard lock(mutex);
     auto &known = leftOut[camera];

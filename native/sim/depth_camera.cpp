@@ -71,7 +71,6 @@ RenderPlan renderPlan(const DepthChoice &wanted) {
 }
 
 void apply(const DepthChoice &wanted) {
-    connection.pause();
     choice = wanted;
     cache = nullptr;
     connection.start({wanted.delivered_hz, kDelayNanos});

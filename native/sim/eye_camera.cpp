@@ -63,7 +63,6 @@ MLResult check(const char *function, const MLEyeCameraSettings *settings) {
 }
 
 void apply(const MLEyeCameraSettings &settings) {
-    connection.pause();
     views.clear();
     for (const auto &position : kPositions) {
         const auto id = static_cast<MLEyeCameraIdentifier>(position.camera);

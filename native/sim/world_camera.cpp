@@ -95,7 +95,6 @@ MLResult check(const char *function, const MLWorldCameraSettings *settings) {
 
 /** Renders a first frame of each view, for which the scene must be built, before captures begin. */
 void apply(const MLWorldCameraSettings &settings) {
-    connection.pause();
     views.clear();
     lens = lensOfKeys();
     for (const auto &position : kPositions)
@@ -105,9 +104,9 @@ void apply(const MLWorldCameraSettings &settings) {
     std::vector<FrameCache::Place> first;
     for (const auto &view : views)
         first.push_back({view.cache.get(), 0});
-    FrameCache::draw(first);
+    const bool isDrawn = FrameCache::draw(first);
     HeadPath::current()->start();
-    connection.start(kTiming);
+    connection.start(kTiming, isDrawn);
 }
 
 /** The device captures with low exposure only to track the controller. */

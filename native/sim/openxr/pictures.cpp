@@ -158,7 +158,7 @@ size_t Pictures::frameIndex(int64_t index) const { return HeadPath::current()->f
 
 void Pictures::draw(FrameCache &cache, int64_t index) const {
     if (FrameCache::draw({{&cache, frameIndex(index)}}))
-        countLeftOut("OpenXR", std::max<int64_t>(0, newestAt(mlTimeNow()) - 1 - index));
+        countLeftOut("OpenXR", newestAt(mlTimeNow()) - 1 - index);
 }
 
 void writeIntrinsics(XrPixelSensorFisheyeIntrinsicsML *out) {

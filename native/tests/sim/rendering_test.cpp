@@ -77,17 +77,45 @@ TYPED_TEST(Rendering, CapturesThatFallDueMeanwhileHaveNoNumberAndAreCounted) {
     EXPECT_EQ(missed.counted, missed.unnumbered);
 }
 
-TYPED_TEST(Rendering, NewSettingsInterruptCapturesButNotTheirNumbers) {
-    ASSERT_EQ(this->connect(), MLResult_Ok);
-    ml2sim_advance(kSecond);
-    ASSERT_EQ(this->get(), MLResult_Ok);
-    const auto number = this->frameNumber();
-    this->release();
-    const auto settings = TypeParam::settings();
-    ASSERT_EQ(TypeParam::updateSettings(this->handle, &settings), MLResult_Ok);
+class WorldRendering : public Cameras<WorldPort> {
+  protected:
+    MLResult update(uint32_t cameras) {
+        auto settings = WorldPort::settings();
+        settings.cameras = cameras;
+        return WorldPort::updateSettings(handle, &settings);
+    }
+};
+
+TEST_F(WorldRendering, NewSettingsThatDrawInterruptCapturesButNotTheirNumbers) {
+    set("seed", "3406");
+    connectAndGet();
+    const auto number = frameNumber(), stampBefore = WorldPort::timestamp(data);
+    release();
+    {
+        const FastClock clock;
+        ASSERT_EQ(update(MLWorldCameraIdentifier_Center | MLWorldCameraIdentifier_Left), MLResult_Ok);
+    }
+    const auto leftOut = ml2sim_captures_left_out();
+    EXPECT_GT(leftOut, 0u);
     ml2sim_advance(kSecond / 30 + 10 * kMillisecond);
-    ASSERT_EQ(this->get(), MLResult_Ok);
-    EXPECT_EQ(this->frameNumber(), number + 1);
+    ASSERT_EQ(get(), MLResult_Ok);
+    int64_t center = 0;
+    for (uint8_t i = 0; i < data.frame_count; i++)
+        if (data.frames[i].id == MLWorldCameraIdentifier_Center)
+            center = data.frames[i].frame_number;
+    const auto elapsed = capturesBetween(stampBefore, WorldPort::timestamp(data));
+    EXPECT_EQ(center, number + 1 + elapsed - int64_t(leftOut));
+}
+
+TEST_F(WorldRendering, NewSettingsOfDrawnImagesLeaveTheNumbersToTheTime) {
+    connectAndGet();
+    const auto number = frameNumber();
+    release();
+    ASSERT_EQ(update(MLWorldCameraIdentifier_Center), MLResult_Ok);
+    ml2sim_advance(kSecond);
+    ASSERT_EQ(get(), MLResult_Ok);
+    EXPECT_EQ(frameNumber(), number + 30);
+    EXPECT_EQ(ml2sim_captures_left_out(), 0u);
 }
 
 class ColorRendering : public SimulatedHeadset {};
