@@ -12,8 +12,20 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 import ros_messages
 from bags import write_bag
+from ml2_receiver.session.streams import Request
 from sound_bag import BEGIN_NS, IMU, config, sound
 
+# For the streams of sound_rows().
+REQUEST: Request = {
+    "world_left": {"stream": 0, "format": "Grayscale"},
+    "imu_left": {},
+    "tf": {"layout": "flat"},
+}
+NOISE = [
+    f"--{sensor}-{kind}=0.001"
+    for sensor in ("accelerometer", "gyroscope")
+    for kind in ("noise-density", "random-walk")
+]
 STRING = "std_msgs/msg/String"
 DATES = "walk_2026-11-26-10-59-30.mcap", "walk_2026-11-26-11-00-00.mcap"
 

@@ -12,9 +12,8 @@ from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
 from rosbags.rosbag2 import Reader
 
-from bag_forms import FORMS, Row, sound_rows
+from bag_forms import FORMS, NOISE, REQUEST, Row, sound_rows
 from ml2_receiver.cli import main
-from ml2_receiver.session.streams import Request
 from ml2_tools.bags.indexed_bag import History, IndexedBag
 from ml2_tools.evaluation.sequence import read_sequence
 from playback_scene import played
@@ -22,16 +21,6 @@ from sound_bag import IMAGES, IMU, METADATA, PREFIX
 
 ROWS = sound_rows()
 COUNTS = Counter(it.topic for it in ROWS)
-REQUEST: Request = {
-    "world_left": {"stream": 0, "format": "Grayscale"},
-    "imu_left": {},
-    "tf": {"layout": "flat"},
-}
-NOISE = [
-    f"--{sensor}-{kind}=0.001"
-    for sensor in ("accelerometer", "gyroscope")
-    for kind in ("noise-density", "random-walk")
-]
 # What rosbags reads: single files, whose index has all channels or none.
 OF_ROSBAGS = [
     "zstd",
