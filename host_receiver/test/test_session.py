@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -30,6 +31,25 @@ def end_all(scene: Scene, but: Connection | None = None) -> None:
     for connection in (*scene.lanes.values(), scene.control):
         if connection is not but:
             scene.end(connection)
+
+
+def test_a_receiver_that_meets_an_instance_late_reports_only_its_own_losses() -> None:
+    scene = Scene()
+    before = ChannelStatus(produced=12, sent=9, dropped={"queue_full": 3})
+    greeting = replace(hello(), channels={IMAGE.name: before})
+    scene.begin(greeting)
+    assert scene.welcome.received is None
+    scene.join("time")
+    scene.join("sensors")
+    scene.announce(IMAGE, 1)
+    later = ChannelStatus(produced=15, sent=11, dropped={"queue_full": 4})
+    status = replace(STATUS, final=False, channels={IMAGE.name: later})
+    scene.receive(scene.control, Kind.STATUS, status)
+    [topic] = scene.report().topics
+    assert topic.device == ChannelStatus(3, 2, {"queue_full": 1})
+    end_all(scene)  # the link broke
+    scene.begin(greeting)
+    assert scene.welcome.received == {IMAGE.name: 9}
 
 
 def test_ping_is_answered(scene: Scene) -> None:

@@ -10,9 +10,11 @@ from ml2_receiver.session.connection import Route
 from ml2_receiver.session.statistics import Instance, Latency, TopicStatistics
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, MAGIC, VERSION, Frame, Header
 from ml2_receiver.wire.kinds import Kind
+from ml2_receiver.wire.messages import ChannelStatus
 
 WRAP = 1 << 32
 MS = 1_000_000
+BATTERY = "battery"
 
 
 def header(sequence: int, capture_ns: int = 0, send_ns: int = 0) -> Header:
@@ -35,6 +37,46 @@ def test_produced_is_what_arrived_and_what_did_not(kept: set[int], first: int) -
     assert statistics.received == len(kept | {0})
     assert statistics.produced == first + max(kept) + 1
     assert statistics.gaps == statistics.produced - statistics.received
+
+
+def test_what_went_to_another_receiver_before_is_no_loss() -> None:
+    before = ChannelStatus(produced=5016, sent=5003, dropped={"queue_full": 7, "link_down": 3})
+    instance = Instance("device", "instance", {BATTERY: before, "unheard/of": before})
+    statistics = instance.statistics(BATTERY)
+    for number in (5013, 5014, 5017):  # 5013 was queued
+        assert statistics.record(header(number), 0, 0)
+    assert not statistics.record(header(5017), 0, 0)
+    assert (statistics.received, statistics.produced, statistics.gaps) == (3, 5, 2)
+    assert statistics.last_number == 5017
+    later = ChannelStatus(produced=5018, sent=5006, dropped={"queue_full": 9, "link_down": 3})
+    assert statistics.of_this_receiver(later) == ChannelStatus(5, 3, {"queue_full": 2})
+    # The device moves what it sent and nobody received to `link_down`
+    assert instance.received() == {BATTERY: 5006, "unheard/of": 5003}
+
+
+@given(
+    st.integers(0, 3), st.integers(0, WRAP), st.sets(st.integers(0, 200), min_size=1), st.booleans()
+)
+def test_books_of_this_receiver_balance_from_wherever_they_begin(
+    queued: int, sent: int, kept: set[int], wraps: bool
+) -> None:
+    sent += (WRAP - 100) * wraps
+    before = ChannelStatus(sent + 4 + queued, sent, {"link_down": 4})
+    statistics = TopicStatistics(before)
+    for number in sorted(kept):
+        assert statistics.record(header(sent + 4 + number), 0, 0)
+    lost = max(kept) + 1 - len(kept)
+    end = ChannelStatus(sent + 5 + max(kept), sent + len(kept), {"link_down": 4 + lost})
+    device = statistics.of_this_receiver(end)
+    assert device.produced == statistics.received + sum(device.dropped.values())
+    assert statistics.gaps == lost
+
+
+def test_a_device_whose_counts_shrink_never_counts_below_nothing() -> None:
+    statistics = TopicStatistics(ChannelStatus(9, 5, {"queue_full": 4}))
+    assert statistics.of_this_receiver(ChannelStatus(1, 1, {"queue_full": 1})) == ChannelStatus(
+        0, 0, {}
+    )
 
 
 def test_messages_lost_before_the_first_arrival_are_gaps() -> None:

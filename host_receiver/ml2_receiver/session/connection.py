@@ -37,7 +37,7 @@ class Route:
             raise ProtocolError(
                 ErrorCode.MALFORMED,
                 f"DATA of channel {header.channel} has number {header.sequence} after "
-                f"{self.statistics.produced - 1}",
+                f"{self.statistics.last_number}",
             )
         try:
             self.publish(payload)

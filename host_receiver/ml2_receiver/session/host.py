@@ -115,7 +115,8 @@ class Host:
         self._successor = None
         self._is_reported = False
         self._busy.renew()
-        instance, received = Instance(hello.device_id, hello.instance_id), None
+        instance = Instance(hello.device_id, hello.instance_id, hello.channels or {})
+        received = None
         if self.session is not None and self.session.instance == instance:
             instance = self.session.instance
             received = instance.received()

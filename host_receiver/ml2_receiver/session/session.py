@@ -133,7 +133,7 @@ class Session:
 
     def _channel(self, channel: Channel) -> None:
         topic = self.streams.announce(channel)
-        statistics = self.instance.topics.setdefault(topic.name, TopicStatistics())
+        statistics = self.instance.statistics(topic.name)
         route = Route(refuse, statistics)
         self.streams.route(channel.id, route)
         self._act(Open(self.control, channel.id, topic, route))
@@ -286,6 +286,8 @@ class Session:
     def _topic_report(self, name: str, statistics: TopicStatistics) -> TopicReport:
         topic = self.streams.topic(name)
         device = self.status.channels.get(name) if self.status else None
+        if device is not None:
+            device = statistics.of_this_receiver(device)
         return TopicReport(topic, statistics, device, self.streams.is_running(topic))
 
     def _log(self, text: str) -> None:

@@ -1,6 +1,7 @@
 """The counters and times of the messages of each topic, for one run of a device's app."""
 
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..table.stream_table import Topic
 from ..wire.frame import Header
+from ..wire.messages import ChannelStatus
 
 # The shares of a message's latency, between the columns of TopicStatistics.times_ns().
 SHARES = ("capture_to_sent", "sent_to_received", "received_to_published")
@@ -19,6 +21,7 @@ _TIMES = struct.Struct("=qqqq")
 # A number this far ahead of the expected one is an old number: 2^31 or more ahead of the last.
 _OLD = (1 << 31) - 1
 _MASK = (1 << 32) - 1
+_NOTHING = ChannelStatus(0, 0, {})
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,8 @@ class Latency:
 class TopicStatistics:
     """The counters of one topic over all sessions of an instance; memory does not grow.
 
+    What the device counted `before`, when this receiver met it, was another receiver's.
+
     Only the reader thread of the topic's lane may record. Any thread may read; each number is
     right, but two of them may be from different moments.
 
@@ -59,7 +64,10 @@ class TopicStatistics:
         unpublished: messages that arrived but that ROS, or the recording, did not take.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, before: ChannelStatus = _NOTHING) -> None:
+        self._before = before
+        # Messages that were queued then are this receiver's
+        self._first = before.sent + sum(before.dropped.values())
         self.received = 0
         self.received_bytes = 0
         self.produced = 0
@@ -73,7 +81,7 @@ class TopicStatistics:
 
         Both times are ROS time; at `published_ns` the message is handed to ROS.
         """
-        ahead = (header.sequence - self.produced) & _MASK
+        ahead = (header.sequence - self._first - self.produced) & _MASK
         if ahead >= _OLD and self.received:
             return False
         place = self.received % _RING * _TIMES.size
@@ -84,6 +92,23 @@ class TopicStatistics:
         self.received_bytes += header.length
         self.received += 1
         return True
+
+    @property
+    def last_number(self) -> int:
+        """The sequence number of the newest message that arrived."""
+        return (self._first + self.produced - 1) & _MASK
+
+    def of_this_receiver(self, device: ChannelStatus) -> ChannelStatus:
+        """Returns what the device counted since this receiver met it."""
+        dropped = {
+            reason: max(count - self._before.dropped.get(reason, 0), 0)
+            for reason, count in device.dropped.items()
+        }
+        return ChannelStatus(
+            max(device.produced - self._first, 0),
+            max(device.sent - self._before.sent, 0),
+            {reason: count for reason, count in dropped.items() if count},
+        )
 
     def times_ns(self, first: int, end: int) -> NDArray[np.int64]:
         """Returns the times of the messages `first` to `end` - 1, or of the last 512 of them.
@@ -104,11 +129,12 @@ class Instance:
     """One run of a device's app. Instances are equal if both ids are.
 
     `topics` is keyed by topic name as in the stream table; `custom` has the topics that the device
-    named itself.
+    named itself. `before` is what it had counted when this receiver met it.
     """
 
     device_id: str
     instance_id: str
+    before: Mapping[str, ChannelStatus] = field(default_factory=dict, compare=False)
     topics: dict[str, TopicStatistics] = field(default_factory=dict, compare=False)
     custom: dict[str, Topic] = field(default_factory=dict, compare=False)
 
@@ -116,6 +142,14 @@ class Instance:
         """Returns the bytes of all payloads that arrived."""
         return sum(topic.received_bytes for topic in self.topics.values())
 
+    def statistics(self, topic: str) -> TopicStatistics:
+        """Returns the counters of a topic, which begin with the first call."""
+        before = self.before.get(topic, _NOTHING)
+        return self.topics.setdefault(topic, TopicStatistics(before))
+
     def received(self) -> dict[str, int]:
-        """Returns the number of messages that arrived, by topic."""
-        return {name: topic.received for name, topic in self.topics.items()}
+        """Returns the number of messages by topic that arrived here, or went to others before."""
+        counts = {name: before.sent for name, before in self.before.items()}
+        for name, topic in self.topics.items():
+            counts[name] = counts.get(name, 0) + topic.received
+        return counts

@@ -24,6 +24,17 @@ class Capabilities:
 
 
 @dataclass(frozen=True)
+class ChannelStatus:
+    produced: int
+    sent: int
+    dropped: Mapping[str, int]
+
+    def __post_init__(self) -> None:
+        if min(self.produced, self.sent, *self.dropped.values()) < 0:
+            raise ValueError("counts are not negative")
+
+
+@dataclass(frozen=True)
 class Hello(JsonBody):
     versions: list[int]
     device_id: str
@@ -32,6 +43,7 @@ class Hello(JsonBody):
     software: str
     capabilities: Capabilities
     permissions: Mapping[str, bool]
+    channels: Mapping[str, ChannelStatus] | None = None
 
     def __post_init__(self) -> None:
         _check_text("name", self.name, _NAME_CHARACTERS)
@@ -147,17 +159,6 @@ class LinkTest(JsonBody):
     def __post_init__(self) -> None:
         if not 1 <= self.bytes <= MAX_LINK_TEST_BYTES:
             raise ValueError(f"bytes: expected 1 to {MAX_LINK_TEST_BYTES}, found {self.bytes}")
-
-
-@dataclass(frozen=True)
-class ChannelStatus:
-    produced: int
-    sent: int
-    dropped: Mapping[str, int]
-
-    def __post_init__(self) -> None:
-        if min(self.produced, self.sent, *self.dropped.values()) < 0:
-            raise ValueError("counts are not negative")
 
 
 @dataclass(frozen=True)

@@ -159,6 +159,7 @@ public class Ml2Streamer(
         software = "ml2-sensors ${Version.NAME}",
         Hello.Capabilities(active.capabilities),
         headset.permissions,
+        active.counts(),
     )
 
     private companion object {

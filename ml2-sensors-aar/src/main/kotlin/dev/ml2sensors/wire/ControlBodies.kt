@@ -15,6 +15,7 @@ internal class Hello(
     val software: String,
     val capabilities: Capabilities,
     val permissions: Map<String, Boolean>,
+    val channels: Map<String, Status.ChannelCounts> = emptyMap(),
 ) {
     @Serializable
     class Capabilities(val streams: List<String>)

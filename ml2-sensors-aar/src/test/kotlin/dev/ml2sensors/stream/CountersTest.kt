@@ -11,6 +11,9 @@ import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
+import kotlinx.serialization.json.int
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import kotlin.test.assertEquals
@@ -77,6 +80,9 @@ class CountersTest {
         first.awaitData("gyro_left/imu", 5)
         first.cut()
         val second = fixture.host.awaitHello()
+        val before = second.hello.json.getValue("channels").jsonObject.getValue("gyro_left/imu").jsonObject
+        assertEquals(5, before.getValue("produced").jsonPrimitive.int)
+        assertEquals(5, before.getValue("sent").jsonPrimitive.int)
         second.welcome(received = null)
         second.configure(1, """{"gyro_left": {}}""")
         second.start(1)
