@@ -17,6 +17,7 @@ from .actions import Action, Close, Log, Open, Send
 from .address_limits import AddressLimits
 from .connection import Connection
 from .connection_io import ConnectionIO
+from .demand import Demand
 from .event_limit import Cause, event_limits
 from .host import Host
 from .report import Report
@@ -45,7 +46,7 @@ class Server:
         link: how images give way to the link, until request() changes it; None means that they
             do not.
         is_paused: True starts no stream before begin().
-        idle: returns the streams that are not needed at present; called under the lock of the Host.
+        idle: returns the streams without subscribers; called under the lock of the Host.
         access_changed: called in a thread of its own when the paired devices have changed.
     """
 
@@ -66,7 +67,7 @@ class Server:
         self._desired = DesiredStreams(request, is_paused, (), settings.excluded, link)
         self._access, self._access_changed = access, access_changed
         self._address_limits = AddressLimits(settings.limits, time.monotonic)
-        self._sink, self._idle = sink, idle
+        self._sink, self._demand = sink, Demand(idle)
         self._log_limits = event_limits(sink.event, time.monotonic)
         self._linger_s = settings.limits.linger_s
         self._lock = threading.Lock()  # of the state
@@ -180,6 +181,7 @@ class Server:
         while not self._stopping.wait(_TICK_S):
             self._guarded(self._refresh)
             self._guarded(lambda: self._host.tick(time.monotonic()))
+            self._guarded(self._rest)
             with self._acting:
                 for link in list(self._links.values()):
                     if time.monotonic() > link.abort_s:
@@ -215,7 +217,16 @@ class Server:
         """A step that ends by requesting the streams that are desired and not idle."""
         with self._step() as now_s:
             yield now_s
-            self._host.update(replace(self._desired, idle=self._idle()), now_s)
+            self._request(now_s)
+
+    def _request(self, now_s: float) -> None:
+        idle = self._demand.idle_streams(now_s)
+        self._host.update(replace(self._desired, idle=idle), now_s)
+
+    def _rest(self) -> None:
+        now_s = time.monotonic()
+        if self._demand.is_due(now_s):
+            self._request(now_s)
 
     def _read(self, link: ConnectionIO) -> None:
         fault: str | None = "the receiver failed"
