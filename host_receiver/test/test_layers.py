@@ -11,9 +11,9 @@ ROOT = Path(__file__).resolve().parents[1]
 # Lowest first. A name is a module or a package below the top-level package.
 LAYERS = {
     "ml2_receiver": (
-        "printable", "json_text", "errors", "user_folder", "private_files", "stop_limit", "generated", "wire",
-        "table", "configuration", "security", "processes", "transport", "pairing", "session",
-        "topics", "recording", "ros", "zenoh", "commands", "cli", "__main__",
+        "printable", "json_text", "errors", "user_folder", "private_files", "stop_limit",
+        "generated", "wire", "table", "configuration", "security", "processes",
+        "transport", "pairing", "session", "topics", "recording", "ros", "zenoh", "commands", "cli", "__main__",
     ),
     "ml2_tools": (
         "errors", "geometry", "images", "bags", "live", "monitoring", "headset", "doctor", "export",

@@ -14,7 +14,8 @@ from ros_processes import Child, Client, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-from ml2_tools.live.diagnostics_node import DiagnosticsNode, Rows, Values
+from ml2_tools.live.diagnostics import Rows, Values
+from ml2_tools.live.diagnostics_node import DiagnosticsNode
 from waiting import LIMIT_S
 
 CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"

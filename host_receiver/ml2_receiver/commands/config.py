@@ -1,13 +1,13 @@
 """ml2-receiver config: what a configuration can say, and what one asks the headset for."""
 
 import argparse
-import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..configuration.config import Config, load_config
 from ..configuration.forecast import images_mbit_per_s
 from ..configuration.link_fit import bound_mbit_per_s, fitting_change, link_in_words
+from ..json_text import json_text
 from ..table.reader import load_table
 from ..table.stream_table import Topic
 from .options import Subparsers, above_zero, add_file
@@ -63,7 +63,7 @@ def _check(options: argparse.Namespace) -> int:
     needs = images_mbit_per_s(config)
     link = options.link or bound_mbit_per_s(config)
     if options.json:
-        print(json.dumps(_as_json(config, needs, link), indent=2))
+        print(json_text(_as_json(config, needs, link), indent=2))
         return 0
     # Not the table's title, which would break the command to copy into lines
     print(f"{len(config.requests)} streams; {link_in_words(config, needs, link)}")
@@ -109,7 +109,7 @@ def _show(options: argparse.Namespace) -> int:
 
     streams = options_of(load_table())
     if options.json:
-        print(json.dumps(streams, indent=2))
+        print(json_text(streams, indent=2))
     else:
         Console().print(options_table(streams, other_options(load_table())))
     return 0

@@ -2,7 +2,6 @@
 
 import argparse
 import dataclasses
-import json
 from collections.abc import Sequence
 
 from rich.console import Console
@@ -11,6 +10,7 @@ from rich.table import Table
 
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.session_port import add_keys
+from ml2_receiver.json_text import json_text
 from ml2_receiver.security.paired_devices import PairedDevice, PairedDevices
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.adaptation import LOWERED
@@ -54,7 +54,7 @@ def _run(options: argparse.Namespace) -> int:
     with diagnostics_node() as node:
         device = read_device(node.rows(options.name, PATIENCE_S), load_table())
     if options.json:
-        print(json.dumps(None if device is None else dataclasses.asdict(device), indent=2))
+        print(json_text(None if device is None else dataclasses.asdict(device), indent=2))
     elif device is None:
         print("no headset yet: start the app, or a simulated headset")
     else:
@@ -65,7 +65,7 @@ def _run(options: argparse.Namespace) -> int:
 def _show_paired(devices: Sequence[PairedDevice], *, is_json: bool) -> None:
     if is_json:
         keys = ("name", "device_id", "paired", "fingerprint")
-        print(json.dumps([{key: getattr(it, key) for key in keys} for it in devices], indent=2))
+        print(json_text([{key: getattr(it, key) for key in keys} for it in devices], indent=2))
     elif not devices:
         print("no device is paired: run `ml2-receiver pair`")
     else:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,6 +22,7 @@ from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.configuration.parameter_file import node_names
 from ml2_receiver.configuration.settings import config_of
 from ml2_receiver.errors import ConfigError, DiscoveryError, RosError
+from ml2_receiver.json_text import json_text
 from ml2_receiver.processes import is_listened_on, listener_of, receivers
 from ml2_receiver.ros.fastdds import free_shared_memory_bytes
 from ml2_receiver.table.reader import load_table
@@ -34,7 +34,8 @@ from ..doctor.link_finding import link_finding
 from .live import PATIENCE_S, diagnostics_node
 
 if TYPE_CHECKING:
-    from ..live.diagnostics_node import DiagnosticsNode, Values
+    from ..live.diagnostics import Values
+    from ..live.diagnostics_node import DiagnosticsNode
 
 _MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
 _EPILOG = """\
@@ -72,7 +73,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     found = list(_findings(options))
     if options.json:
-        print(json.dumps([dataclasses.asdict(it) for it in found], indent=2))
+        print(json_text([dataclasses.asdict(it) for it in found], indent=2))
     else:
         Console().print(_table(found))
     if options.bundle is not None:

@@ -2,7 +2,6 @@
 
 import argparse
 import dataclasses
-import json
 import time
 from collections.abc import Collection, Sequence
 from contextlib import AbstractContextManager
@@ -15,6 +14,7 @@ from rich.table import Table
 from ml2_receiver.commands.options import Subparsers, add_file, port
 from ml2_receiver.commands.session_port import PORT
 from ml2_receiver.generated.version import VERSION
+from ml2_receiver.json_text import json_text
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.pairing.uri_source import uri_of
 from ml2_receiver.table.reader import load_table
@@ -144,7 +144,7 @@ def _status(options: argparse.Namespace) -> int:
     status, streams = app.status()
     if options.json:
         plain = [dataclasses.asdict(it) for it in streams]
-        print(json.dumps({"status": dataclasses.asdict(status), "streams": plain}, indent=2))
+        print(json_text({"status": dataclasses.asdict(status), "streams": plain}, indent=2))
     else:
         _show(status, streams)
     return 0

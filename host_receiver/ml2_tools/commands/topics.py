@@ -1,7 +1,6 @@
 """ml2-receiver topics: shows the state of each topic."""
 
 import argparse
-import json
 import sys
 
 from rich.console import Console
@@ -9,6 +8,7 @@ from rich.live import Live
 
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.stopping import stop_signal
+from ml2_receiver.json_text import json_text
 
 from ..monitoring.topic_table import topic_figures, topic_table
 from .live import PATIENCE_S, diagnostics_node
@@ -46,7 +46,7 @@ def _run(options: argparse.Namespace) -> int:
     with diagnostics_node() as node:
         rows = node.rows(options.name, PATIENCE_S)
         if options.json:
-            print(json.dumps(topic_figures(rows), indent=2))
+            print(json_text(topic_figures(rows), indent=2))
         elif options.once:
             console.print(topic_table(rows))
         else:

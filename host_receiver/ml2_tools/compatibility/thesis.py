@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ml2_receiver.json_text import json_text
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import StreamTable
 from ml2_receiver.topics.config_topic import ConfigText
@@ -104,7 +105,7 @@ def configuration_text(applied: str, prefix: str) -> str:
     for section in _CAMERAS:
         sections[section] = _camera(table, section, running)
     sections[_OTHERS] = {"enabled": _OTHERS in running}
-    return json.dumps(sections)
+    return json_text(sections)
 
 
 def _camera(

@@ -1,6 +1,5 @@
 """Writes the archive that a user attaches to a report, without keys, tokens and images."""
 
-import json
 import platform
 import re
 import zipfile
@@ -11,6 +10,7 @@ from typing import Any
 
 from ml2_receiver.errors import ReceiverError, file_hint
 from ml2_receiver.generated.version import VERSION
+from ml2_receiver.json_text import json_text
 
 _MOST_LOGS = 5
 _MOST_BYTES = 1_000_000
@@ -50,7 +50,7 @@ def without_secrets(text: str) -> str:
 
 def as_json(value: Any) -> str:
     """Returns readable JSON."""
-    return json.dumps(value, indent=2, ensure_ascii=False) + "\n"
+    return json_text(value, indent=2, is_ascii=False) + "\n"
 
 
 def versions(environ: Mapping[str, str]) -> Mapping[str, Any]:

@@ -54,10 +54,10 @@ def read_device(rows: Mapping[str, Mapping[str, str]], table: StreamTable) -> De
         for stream in table.streams.values()
     )
     return Device(
-        session["headset"],
+        session.get("headset", ""),
         session["device_id"],
         session.get("software", ""),
-        session["state"],
+        session.get("state", ""),
         permissions,
         tuple(replace(it, lowered=lowered.get(it.stream, "")) for it in streams),
     )

@@ -10,7 +10,8 @@ from ml2_receiver.errors import RosError
 from ..live.receiver_client import ReceiverClient
 
 if TYPE_CHECKING:
-    from ..live.diagnostics_node import DiagnosticsNode, Values
+    from ..live.diagnostics import Values
+    from ..live.diagnostics_node import DiagnosticsNode
 
 _SERVICE = "test_link"
 _ANSWER_S = 10.0

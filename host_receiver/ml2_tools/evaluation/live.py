@@ -75,6 +75,8 @@ def record_live(
         finally:
             taker.stop()
             writer.close()
+        if taker.failure is not None:
+            raise taker.failure
         return parts.sequence(folder)
 
 

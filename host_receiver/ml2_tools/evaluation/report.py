@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from ml2_receiver.json_text import json_text
 
 from ..errors import EvaluationError
 from .comparison import STATISTICS
@@ -52,7 +53,7 @@ def write_report(folder: Path, evaluation: Evaluation) -> None:
     title = f"{figures['recording']}: {evaluation.camera} by {evaluation.estimator}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "report.json").write_text(json.dumps(figures, indent=2) + "\n", "utf-8")
+        (folder / "report.json").write_text(json_text(figures, indent=2) + "\n", "utf-8")
         (folder / "report.md").write_text(_markdown(title, rows, drawn), "utf-8")
         (folder / "report.html").write_text(_page(title, rows, drawn), "utf-8")
         for name, picture in drawn.items():

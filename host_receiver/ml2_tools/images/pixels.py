@@ -8,10 +8,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ml2_receiver.printable import printable
+
 from .rvl import decode_rvl
-from .size import DEPTH_HEAD_BYTES, RVL_FORMAT, depth_size, is_depth, is_rvl, jpeg_size
+from .size import (
+    DEPTH_HEAD_BYTES,
+    RVL_FORMAT,
+    checked_size,
+    depth_size,
+    is_depth,
+    is_rvl,
+    jpeg_size,
+)
 
 _MM_PER_M = 1000
+_MOST_WORD = 100
 
 
 def pixels_of(message: Any) -> NDArray[Any]:
@@ -26,8 +37,8 @@ def pixels_of(message: Any) -> NDArray[Any]:
     | compressedDepth in RVL | float32, height x width, in metres, NaN where the depth is invalid |
 
     Raises:
-        ValueError: the encoding is another, the data are invalid, a compressed image has more than
-            4096 x 3072 pixels, or the message is an image of a video.
+        ValueError: the encoding is another, the data are invalid, the image is empty, has more than
+            4096 x 3072 pixels or more scans than decoders read at once, or is one of a video.
     """
     if hasattr(message, "pts") or getattr(message, "format", "") == "h264":
         raise ValueError("expected an image, found video: use another format, or image_transport")
@@ -60,23 +71,30 @@ def grey_of(message: Any) -> NDArray[Any]:
     return cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY) if pixels.ndim == 3 else pixels
 
 
+def _quoted(word: str) -> str:
+    return f"'{printable(word, _MOST_WORD)}'"
+
+
 def _plain(message: Any) -> NDArray[Any]:
     types: dict[str, Any] = {"mono8": np.uint8, "32FC1": np.float32}
     if message.encoding not in types or message.is_bigendian:
-        raise ValueError(f"expected mono8 or 32FC1, little endian, found {message.encoding!r}")
+        raise ValueError(
+            f"expected mono8 or 32FC1, little endian, found {_quoted(message.encoding)}"
+        )
     type = np.dtype(types[message.encoding])
     row_bytes = message.width * type.itemsize
     found = len(message.data)
-    if message.step < row_bytes or found != message.step * message.height or not found:
+    if message.step < row_bytes or found != message.step * message.height:
         size = f"{message.width}x{message.height}, step {message.step}"
         raise ValueError(f"expected the bytes of {size}, found {found}")
+    checked_size(message.width, message.height)
     rows = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)
     return rows[:, :row_bytes].view(type)
 
 
 def _depth(message: Any) -> NDArray[np.float32]:
     if not is_rvl(message.format):
-        raise ValueError(f"expected {RVL_FORMAT!r}, found {message.format!r}")
+        raise ValueError(f"expected {RVL_FORMAT!r}, found {_quoted(message.format)}")
     width, height = depth_size(message.data)
     levels = decode_rvl(memoryview(message.data)[DEPTH_HEAD_BYTES:], width * height)
     metres = np.divide(levels, _MM_PER_M, dtype=np.float32)

@@ -2,28 +2,19 @@
 
 import os
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message
 
 from ml2_receiver.errors import NO_RECEIVER_HINT, RosError
-from ml2_receiver.printable import printable
 from ml2_receiver.ros.context import tool_node
-from ml2_receiver.topics.status_name import split_status_name
 
+from .diagnostics import TYPE, Rows, read_diagnostics
 from .raw_taker import RawSubscription, RawTaker
 
 _DEPTH = 10
-
-# A value may be JSON of all streams.
-_LONGEST = 64 * 1024
-
-type Values = Mapping[str, str]
-type Rows = Mapping[str, Values]
 
 
 class DiagnosticsNode:
@@ -39,9 +30,8 @@ class DiagnosticsNode:
         self._closing = ExitStack()
         node = self._closing.enter_context(tool_node("ml2_tools"))
         self._context = node.context
-        type = "diagnostic_msgs/msg/DiagnosticArray"
         subscription = RawSubscription(
-            type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed
+            TYPE, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed
         )
         self._closing.callback(RawTaker(node, [subscription]).stop)
 
@@ -96,12 +86,7 @@ class DiagnosticsNode:
         return self.rows(receiver, timeout_s).get("session", {}).get("node", usual)
 
     def _diagnosed(self, payload: bytes) -> None:
-        rows: dict[str, dict[str, Values]] = {}
-        for status in deserialize_message(payload, DiagnosticArray).status:
-            if (name := split_status_name(status.name)) is not None:
-                receiver, row = map(printable, name)
-                values = {printable(it.key): printable(it.value, _LONGEST) for it in status.values}
-                rows.setdefault(receiver, {})[row] = values | {"message": printable(status.message)}
+        rows = {receiver: it.rows for receiver, it in read_diagnostics(payload).items()}
         with self._changed:
             self._rows |= rows
             self._changed.notify_all()

@@ -19,7 +19,10 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from ml2_receiver.errors import ReceiverError
 from ml2_receiver.topics.message_types import message_class
+
+from .faults import Faults
 
 _WAIT_NS = 100_000_000
 
@@ -40,12 +43,23 @@ class RawTaker:
     Args:
         pause_s: after each turn of taking. What comes meanwhile is taken in one turn, for less CPU
             time; what a subscription has no depth for is left out.
+        faults: gets the topics that cannot be subscribed to, and the messages for which a callback
+            raises an exception. They do not end the thread, unless it is a ReceiverError.
+
+    Attributes:
+        failure: the ReceiverError that has ended the thread; None without one.
     """
 
     def __init__(
-        self, node: Node, subscriptions: list[RawSubscription], pause_s: float = 0
+        self,
+        node: Node,
+        subscriptions: list[RawSubscription],
+        pause_s: float = 0,
+        faults: Faults | None = None,
     ) -> None:
         self._node, self._pause_s = node, pause_s
+        self._faults = faults or Faults()
+        self.failure: ReceiverError | None = None
         self._taken: list[tuple[RawSubscription, Any]] = []
         # The node and its wait set are not thread-safe: only the thread changes them.
         self._changes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
@@ -57,7 +71,7 @@ class RawTaker:
 
     def add(self, wanted: RawSubscription) -> None:
         """Subscribes to one more topic, within 0.1 s. Thread-safe."""
-        self._changes.put(partial(self._add, wanted))
+        self._changes.put(partial(self._try, wanted.topic, partial(self._add, wanted)))
 
     def remove(self, subscription: RawSubscription) -> None:
         """Ends a subscription that was added, within 0.1 s. Thread-safe."""
@@ -85,7 +99,21 @@ class RawTaker:
                 self._node.destroy_subscription(made)
         self._taken = [it for it in self._taken if it[0] is not subscription]
 
+    def _try(self, topic: str, task: Callable[[], None]) -> None:
+        try:
+            task()
+        except ReceiverError:
+            raise
+        except Exception as error:  # of what any node may publish
+            self._faults.add(topic, error)
+
     def _run(self) -> None:
+        try:
+            self._take_until_stopped()
+        except ReceiverError as error:
+            self.failure = error
+
+    def _take_until_stopped(self) -> None:
         size = 0
         wait_set: Any = None
         while not self._is_stopped:
@@ -109,4 +137,4 @@ class RawTaker:
             if handle.pointer not in ready:
                 continue
             while (taken := handle.take_message(subscription.msg_type, True)) is not None:
-                wanted.callback(taken[0])
+                self._try(wanted.topic, partial(wanted.callback, taken[0]))

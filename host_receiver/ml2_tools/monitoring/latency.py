@@ -1,5 +1,6 @@
 """Splits the latency of a topic's messages into stages, from /diagnostics and a subscriber."""
 
+import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -70,14 +71,18 @@ class TopicLatency:
             self._windows.append(window)
 
     def _window(self, row: Mapping[str, str]) -> _Window | None:
-        """Returns the window of a row, or None if it has no messages or some did not arrive."""
-        if f"window.{SHARES[0]}_ms" not in row:
+        """Returns the window of a row; None if it names none, or some messages did not arrive."""
+        try:
+            ends_ns = int(row["window.first_capture_ns"]), int(row["window.last_capture_ns"])
+            count = int(row["window.messages"])
+            shares_ms = tuple(float(row[f"window.{share}_ms"]) for share in SHARES)
+        except (KeyError, ValueError):
             return None
-        ends_ns = int(row["window.first_capture_ns"]), int(row["window.last_capture_ns"])
-        arrivals, count = list(self._arrivals), int(row["window.messages"])
+        if count < 1 or not all(map(math.isfinite, shares_ms)):
+            return None
+        arrivals = list(self._arrivals)
         for end in range(len(arrivals), count - 1, -1):
             if (arrivals[end - count][0], arrivals[end - 1][0]) == ends_ns:
-                shares_ms = tuple(float(row[f"window.{share}_ms"]) for share in SHARES)
                 latencies_ms = [ms for _, ms in arrivals[end - count : end]]
                 return _Window(shares_ms, np.array(latencies_ms))
         return None

@@ -5,15 +5,13 @@ import time
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message
 
 from ml2_receiver.errors import RosError
 from ml2_receiver.ros.context import tool_node
 from ml2_receiver.topics.stamps import stamp_reader
-from ml2_receiver.topics.status_name import split_status_name
 
+from ..live.diagnostics import TYPE, Diagnosed, read_diagnostics
 from ..live.raw_taker import RawSubscription, RawTaker
 from .latency import Breakdown, TopicLatency
 
@@ -42,9 +40,8 @@ class LatencyNode:
         self._session: Mapping[str, str] = {}
         self._closing = ExitStack()
         node = self._closing.enter_context(tool_node("ml2_latency"))
-        type = "diagnostic_msgs/msg/DiagnosticArray"
         rows = RawSubscription(
-            type, "/diagnostics", QoSProfile(depth=_DEPTH), self._take_diagnostics
+            TYPE, "/diagnostics", QoSProfile(depth=_DEPTH), self._take_diagnostics
         )
         with self._lock:  # _take_diagnostics() needs _taker, and may be called at once
             self._taker = RawTaker(node, [rows])
@@ -64,23 +61,19 @@ class LatencyNode:
         """Returns the stream and the latency by stage of each topic.
 
         Raises:
-            RosError: the thread that takes messages has failed; its traceback is on stderr.
+            RosError: the thread that takes messages has failed.
         """
         if not self._taker.is_alive:
-            raise RosError("the thread that takes messages has failed: see its traceback")
+            raise self._taker.failure or RosError("the thread that takes messages has failed")
         with self._lock:
             return {name: (it.stream, it.breakdown()) for name, it in self._topics.items()}
 
     def _take_diagnostics(self, payload: bytes) -> None:
-        for status in deserialize_message(payload, DiagnosticArray).status:
-            receiver, name = split_status_name(status.name) or (None, "")
-            if receiver != self._receiver:
-                continue
-            values = {pair.key: pair.value for pair in status.values}
-            with self._lock:
-                if name == "session":
-                    self._session = values
-                elif "type" in values:
+        found = read_diagnostics(payload).get(self._receiver, Diagnosed())
+        with self._lock:
+            self._session = found.rows.get("session", self._session)
+            for name, values in found.rows.items():
+                if "type" in values and "stream" in values:
                     self._topic(name, values).reported(values)
 
     def _topic(self, name: str, values: Mapping[str, str]) -> TopicLatency:

@@ -31,7 +31,7 @@ def latency_table(breakdowns: Breakdowns, duration_s: float) -> Table:
 
 def _short(name: str, stream: str) -> str:
     """Returns a topic's name without the prefix; it begins with its stream's id, `/` being `_`."""
-    return name[name.replace("/", "_").index(stream) :]
+    return name[max(0, name.replace("/", "_").find(stream)) :]
 
 
 def _cells(breakdown: Breakdown | None) -> list[str]:

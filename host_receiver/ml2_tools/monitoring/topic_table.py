@@ -1,5 +1,6 @@
 """Shows the topics in /diagnostics as a table and as objects for JSON."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,6 +22,7 @@ _NUMBERS = {
     "latency_p99_ms": "p99\nms",
     "subscribers": "subscribers",
 }
+_LARGEST_CELL = 1e15
 _UNKNOWN = {"expected_hz": "as delivered"}
 
 
@@ -28,15 +30,16 @@ def topic_figures(rows: Rows) -> list[dict[str, Any]]:
     """Returns an object per topic.
 
     `lost` counts all drops, on the host and on the headset. Rates and latencies are those of the
-    last second. Unknown values are None; without `expected_hz` the topic comes as delivered.
+    last second. Unknown values are None, as are those that are no number; without `expected_hz` the
+    topic comes as delivered.
     A topic that the stream's configuration leaves out says in `state` what it needs.
     `stream_state` is that of the topic's stream, as `devices` has it; `state` says it in words.
     """
     states = {id: it.state for id, it in read_judgements(rows.get("session", {})).items()}
     return [
         {"topic": name, "type": values["type"], "state": _state(values)}
-        | {"stream": values["stream"], "stream_state": states.get(values["stream"])}
-        | {key: _number(values.get(key)) for key in _NUMBERS if key != "lost"}
+        | {"stream": (stream := values.get("stream")), "stream_state": states.get(stream or "")}
+        | {key: number_of(values.get(key)) for key in _NUMBERS if key != "lost"}
         | {"lost": _lost(values), "dropped": _dropped(values)}
         for name, values in rows.items()
         if "type" in values
@@ -58,31 +61,43 @@ def topic_table(rows: Rows) -> Table:
 
 
 def _state(values: Mapping[str, str]) -> str:
-    needed = values.get("needs")
-    return values["message"] if needed is None else f"{values['message']}, needs {needed}"
+    words, needed = values.get("message", ""), values.get("needs")
+    return words if needed is None else f"{words}, needs {needed}"
 
 
 def _dropped(values: Mapping[str, str]) -> dict[str, int]:
     prefix = "dropped."
-    return {k.removeprefix(prefix): int(v) for k, v in values.items() if k.startswith(prefix)}
+    counts = {
+        k.removeprefix(prefix): number_of(v) for k, v in values.items() if k.startswith(prefix)
+    }
+    return {reason: count for reason, count in counts.items() if isinstance(count, int)}
 
 
-def _lost(values: Mapping[str, str]) -> int:
+def _lost(values: Mapping[str, str]) -> int | None:
     """Returns the number of lost messages.
 
     A message that the headset drops is counted as a gap, too, as soon as a later one arrives.
     """
-    return max(int(values["gaps"]), sum(_dropped(values).values())) + int(values["unpublished"])
-
-
-def _number(text: str | None) -> float | int | None:
-    if text is None:
+    gaps, unpublished = number_of(values.get("gaps")), number_of(values.get("unpublished"))
+    if not isinstance(gaps, int) or not isinstance(unpublished, int):
         return None
-    number = float(text)
-    return int(number) if text.isdecimal() else number
+    return max(gaps, sum(_dropped(values).values())) + unpublished
+
+
+def number_of(text: str | None) -> float | int | None:
+    """Returns a number of /diagnostics, which anybody may publish; None for what is none."""
+    try:
+        number = float(text or "")
+    except ValueError:
+        return None
+    if not math.isfinite(number):
+        return None
+    return int(number) if text is not None and text.isdecimal() else number
 
 
 def _cell(number: float | int | None, unknown: str) -> str:
     if number is None:
         return unknown
+    if abs(number) > _LARGEST_CELL:
+        return f"{number:.3g}"
     return str(number) if isinstance(number, int) else f"{number:.1f}"

@@ -8,15 +8,13 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 
 from ml2_receiver.ros.context import tool_node
-from ml2_receiver.topics.status_name import split_status_name
 
 from ..geometry.transform_tree import STATIC_DEPTH
+from ..live.diagnostics import TYPE, read_diagnostics
 from ..live.raw_taker import RawSubscription, RawTaker
 from ..monitoring.topic_table import Rows
 from .feed import Feed, Kind
@@ -62,16 +60,15 @@ class LiveSource:
 
         def diagnosed(payload: bytes) -> None:
             with starting:  # the view asks for more topics at once
-                rows, levels = self._read(payload)
-            if rows:
-                view.report(rows, levels)
-                view.series[CLOCK].add(clock_uncertainty_ms(rows), self.now_s())
-                view.series[THROUGHPUT].add(received_mbit_per_s(rows), self.now_s())
+                found = read_diagnostics(payload).get(self._receiver)
+            if found is not None:
+                view.report(found.rows, found.levels)
+                view.series[CLOCK].add(clock_uncertainty_ms(found.rows), self.now_s())
+                view.series[THROUGHPUT].add(received_mbit_per_s(found.rows), self.now_s())
 
-        type = "diagnostic_msgs/msg/DiagnosticArray"
-        rows = RawSubscription(type, "/diagnostics", QoSProfile(depth=_DEPTH), diagnosed)
+        rows = RawSubscription(TYPE, "/diagnostics", QoSProfile(depth=_DEPTH), diagnosed)
         with starting:
-            self._taker = RawTaker(self._node, [rows], _PAUSE_S)
+            self._taker = RawTaker(self._node, [rows], _PAUSE_S, view.faults)
         self._closing.callback(self._taker.stop)
 
     def close(self) -> None:
@@ -93,14 +90,3 @@ class LiveSource:
 
     def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
         return state_of(rows, levels, modes, battery)
-
-    def _read(self, payload: bytes) -> tuple[Rows, Levels]:
-        rows: dict[str, dict[str, str]] = {}
-        levels: dict[str, int] = {}
-        for status in deserialize_message(payload, DiagnosticArray).status:
-            receiver, row = split_status_name(status.name) or (None, "")
-            if receiver == self._receiver:
-                values = {pair.key: pair.value for pair in status.values}
-                rows[row] = values | {"message": status.message}
-                levels[row] = status.level[0]
-        return rows, levels

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import struct
 import threading
 import time
 from typing import Any
+
+from ml2_receiver.json_text import json_text
+from ml2_receiver.printable import printable
 
 from ..bags.decoding import decoder
 from .preview import Preview, preview_of
@@ -71,12 +73,14 @@ class NewestImage:
 
     def _encode(self, type: str, payload: bytes) -> bytes | str:
         if not type:
-            return json.dumps({"type": "image", "stream": self._name, "reason": ""})
+            return json_text({"type": "image", "stream": self._name, "reason": ""})
         try:
             message = decoder(type)(payload)
             jpeg, far_m = self._jpeg_of(message, self._is_distance)
         except ValueError as error:
-            return json.dumps({"type": "image", "stream": self._name, "reason": str(error)})
+            return json_text(
+                {"type": "image", "stream": self._name, "reason": printable(str(error))}
+            )
         return framed(self._name, far_m, jpeg)
 
 

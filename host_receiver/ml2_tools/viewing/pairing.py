@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import segno
 
 from ml2_receiver.errors import ReceiverError
+from ml2_receiver.json_text import json_text
 from ml2_receiver.pairing.offer import PairingOffer
 
 from .steered import Newest
@@ -74,6 +74,9 @@ class PagePairing:
                 device = offer.wait(_POLL_S)
         except ReceiverError as error:
             text = error.in_one_line()
+        except Exception as error:  # the page must not wait for ever
+            self._view.faults.add("a pairing", error)
+            text = f"internal error: {error!r}"
         finally:
             offer.close()
         if device is not None:
@@ -82,6 +85,6 @@ class PagePairing:
 
     def _tell(self, **news: Any) -> None:
         with self._view.changed:
-            message = json.dumps({"type": "pairing", **news})
+            message = json_text({"type": "pairing", **news})
             self._newest = self._newest[0] + 1, message
             self._view.changed.notify_all()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
-from ..monitoring.topic_table import Rows
+from ..monitoring.topic_table import Rows, number_of
 
 type Values = tuple[float | None, ...]
 
@@ -114,10 +114,10 @@ class Series:
 
 def clock_uncertainty_ms(rows: Rows) -> Sequence[float]:
     """Returns the uncertainty of stamps in ms; nothing if it is not known."""
-    found = rows.get("clock", {}).get("uncertainty_ns")
-    return () if found is None else (float(found) / 1e6,)
+    found = number_of(rows.get("clock", {}).get("uncertainty_ns"))
+    return () if found is None else (found / 1e6,)
 
 
 def received_mbit_per_s(rows: Rows) -> Sequence[float]:
     """Returns the throughput of all topics together in Mbit/s."""
-    return (sum(float(it.get("mbit_per_s", 0)) for it in rows.values()),)
+    return (sum(number_of(it.get("mbit_per_s")) or 0 for it in rows.values()),)

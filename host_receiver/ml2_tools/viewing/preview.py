@@ -18,7 +18,7 @@ _FULL_QUALITY = 95
 _MOST_PASSED_BYTES = 256 * 1024
 # The ends of scales, times powers of ten: they change seldom while the scene changes.
 _STEPS = (1, 2, 5)
-_LEAST_FAR_M = 0.5
+_LEAST_FAR_M, _MOST_FAR_M = 0.5, 1000.0
 # Enough pixels to tell a percentile.
 _SCALE_STEP = 4
 # Turbo, with black for invalid distances.
@@ -105,13 +105,15 @@ def _coloured(metres: NDArray[np.float32]) -> tuple[NDArray[Any], float]:
 
 def _scale_end(metres: NDArray[np.float32]) -> float:
     """Returns the first step at or above 99 of 100 distances."""
-    far_m = max(float(np.percentile(metres, 99)) if metres.size else 0, _LEAST_FAR_M)
+    far_m = float(np.percentile(metres, 99)) if metres.size else 0
+    far_m = min(max(far_m, _LEAST_FAR_M), _MOST_FAR_M)
     power = 10.0 ** np.floor(np.log10(far_m))
     return float(next((it * power for it in _STEPS if far_m <= it * power), 10 * power))
 
 
 def _grey(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    known = np.nan_to_num(values, nan=0, posinf=0, neginf=0)
+    # Differences of the largest float32 have no room in float32.
+    known = np.nan_to_num(values, nan=0, posinf=0, neginf=0).astype(np.float64)
     white = float(np.percentile(known, 99)) or 1.0
     return np.asarray(np.clip(known / white, 0, 1) * 255, np.uint8)
 

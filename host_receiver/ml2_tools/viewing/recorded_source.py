@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ml2_receiver.errors import RecordingError
+from ml2_receiver.json_text import json_text
 from ml2_receiver.table.reader import load_table
 
 from ..bags.bag_reader import BagMessage
@@ -168,9 +168,11 @@ class RecordedSource:
             try:
                 self._jump(from_ns)
                 self._play(jumps)
-            except RecordingError as error:
+            except Exception as error:
                 self._timeline.pause()
-                self._view.fail(str(error))
+                if not isinstance(error, RecordingError):
+                    self._view.faults.add("the rest of the recording", error)
+                self._view.fail(str(error) if isinstance(error, RecordingError) else repr(error))
                 while not self._is_elsewhere(jumps):
                     self._woken.wait()
                     self._woken.clear()
@@ -254,5 +256,5 @@ class RecordedSource:
                 "is_playing": not self._timeline.is_paused,
                 "jumps": self._timeline.position[0],
             }
-            self._position = self._position[0] + 1, json.dumps(position)
+            self._position = self._position[0] + 1, json_text(position)
             self._view.changed.notify_all()

@@ -139,7 +139,8 @@ def _look(found: Any, names: Collection[str]) -> Show | Seen | Pixel | None:
         case {"seen": str(name), **rest} if not rest:
             return Seen(name)
         case {"pixel": str(stream), "at": [int(column), int(row)], **rest} if not rest:
-            return Pixel(stream, column, row) if stream in names else None
+            is_place = stream in names and bool not in (type(column), type(row))
+            return Pixel(stream, column, row) if is_place else None
     return None
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import threading
 import time
@@ -11,6 +10,7 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
+from ml2_receiver.json_text import json_text
 from ml2_receiver.table.reader import load_table
 
 from ..bags.decoding import decoder
@@ -21,7 +21,7 @@ from ..geometry.pose import Pose, pose_of
 from ..geometry.transform_tree import Tree
 from ..images.image_topic import camera_namespace
 from ..monitoring.topic_table import Rows
-from .state import published_images
+from .state import known_topics, published_images
 
 type Place = list[float] | None
 
@@ -34,6 +34,8 @@ _MOST_HZ = 15
 # What has not come for so long is not shown.
 _FRESH_S = 1.0
 _KEPT_POSES = 64
+# More than a hand has.
+_MOST_JOINTS = 100
 # Messages between these times are left out before they are decoded, which costs most. Transforms
 # are not, since each image has its own.
 _PERIOD_S, _LENS_PERIOD_S = 0.05, 0.5
@@ -63,7 +65,8 @@ class Scene:
         # What is shown by its name, with the time at which it came.
         self._poses: dict[str, tuple[float, Pose]] = {}
         self._hands: dict[str, tuple[float, list[Place]]] = {}
-        self._lenses: dict[str, tuple[float, Lens]] = {}
+        # The corners of an image are directions.
+        self._lenses: dict[str, tuple[float, tuple[Lens, list[list[float]]]]] = {}
         # The poses of the optical frame of each camera by stamp in ns.
         self._at: dict[str, OrderedDict[int, Pose]] = {}
         self._due_s: dict[str, float] = {}
@@ -77,9 +80,9 @@ class Scene:
             shown: the streams whose images are shown; of others, camera_info would wake the camera.
         """
         found = {it: (it, TRANSFORMS) for it in (TF, TF_STATIC)}
-        for name, it in rows.items():
-            if "type" in it and it["stream"] in (*_HANDS, _GAZE):
-                found[it["stream"]] = name, it["type"]
+        for name, it in known_topics(rows).items():
+            if it.stream in (*_HANDS, _GAZE):
+                found[it.stream] = name, it.type
         for stream, (image, _) in published_images(rows).items():
             name = f"{camera_namespace(image)}/camera_info"
             if stream in shown and name in rows:
@@ -103,11 +106,15 @@ class Scene:
                 self._others.take(message, math.inf)
                 self._tree.stand(message)
             elif filled in _HANDS:
-                self._hands[filled] = at_s, [_place(it.position) for it in message.poses]
+                self._hands[filled] = (
+                    at_s,
+                    [_place(it.position) for it in message.poses[:_MOST_JOINTS]],
+                )
             elif filled == _GAZE:
                 self._poses[filled] = at_s, pose_of(_Transform(message.pose))
             else:
-                self._lenses[filled.removeprefix(_LENS)] = at_s, camera_of(message).lens
+                lens = camera_of(message).lens
+                self._lenses[filled.removeprefix(_LENS)] = at_s, (lens, _corners(lens))
 
     def forget(self) -> None:
         """Forgets what came: the next messages may be of an earlier time."""
@@ -120,7 +127,7 @@ class Scene:
         """Returns the lens of a camera that is shown."""
         with self._lock:
             found = self._lenses.get(stream)
-            return None if found is None else found[1]
+            return None if found is None else found[1][0]
 
     def pose_at(self, stream: str, stamp_ns: int) -> Pose | None:
         """Returns the pose of a camera's optical frame at the stamp of a recent image."""
@@ -136,7 +143,7 @@ class Scene:
         with self._lock:
             if time.monotonic() >= self._next_s:
                 self._next_s = time.monotonic() + 1 / _MOST_HZ
-                message = json.dumps(self._scene(now_s))
+                message = json_text(self._scene(now_s))
                 if message != self._message[1]:
                     self._message = self._message[0] + 1, message
             return self._message
@@ -147,8 +154,8 @@ class Scene:
         poses = {name: _numbers(it) for name, it in own.items()}
         known = {frame: own[it] for frame, it in self._shown_as.items() if it in own}
         cameras = {
-            stream: {"pose": poses[frame], "corners": _corners(lens)}
-            for stream, lens in _since(since_s, self._lenses)
+            stream: {"pose": poses[frame], "corners": corners}
+            for stream, (_, corners) in _since(since_s, self._lenses)
             if (frame := self._frames[stream]) in poses
         }
         return {
@@ -201,9 +208,16 @@ def _place(position: Any) -> Place:
 
 
 def _corners(lens: Lens) -> list[list[float]]:
-    """Returns the directions of the corners of an image, without the coefficients of the lens."""
+    """Returns the directions of the corners of an image, without the coefficients of the lens.
+
+    Raises:
+        ValueError: they are infinite.
+    """
     corners = [(0, 0), (lens.width, 0), (lens.width, lens.height), (0, lens.height)]
-    return [_direction(lens, column, row) for column, row in corners]
+    found = [_direction(lens, column, row) for column, row in corners]
+    if not all(math.isfinite(it) for direction in found for it in direction):
+        raise ValueError(f"expected a lens with a view, found the focal length {lens.fx}")
+    return found
 
 
 def _direction(lens: Lens, column: int, row: int) -> list[float]:

@@ -16,11 +16,12 @@ from websockets.http11 import Request, Response
 from websockets.sync.server import ServerConnection, serve
 
 from .access import Token, is_own_host, is_own_origin
+from .bounded_listener import BoundedListener
 from .page_files import HEADERS, page_files
 from .requests import MOST_BYTES, RequestError
 from .steered import Steered
 from .view import View
-from .visitor import Visitor
+from .visitor import Visitor, close_reason
 
 SOCKET_PATH = "/live"
 # The page says what to do about this code, by which it knows that its token is wrong.
@@ -30,7 +31,7 @@ _PATIENCE_S = 5
 _CLOSE_S = 1
 # A browser takes its time to read a file: on a busy machine, over a second for the largest.
 _FILE_S = 20
-# struct timeval of SO_SNDTIMEO: a browser that reads nothing for so long is disconnected.
+# A browser that reads nothing of images for so long is disconnected. A struct timeval.
 _SEND_TIMEOUT = struct.pack("ll", _PATIENCE_S, 0)
 
 
@@ -38,16 +39,17 @@ class ViewServer:
     """Serves browsers until close(), each in threads of its own.
 
     Args:
-        listener: a listening socket of the loopback interface; the server closes it.
+        listener: a listening socket of the loopback interface; it becomes the server's.
     """
 
     def __init__(self, listener: socket.socket, view: View, steered: Steered, token: Token) -> None:
         self._view, self._steered, self._token = view, steered, token
         self._files = page_files()
         self._places = threading.BoundedSemaphore(_MOST_VISITORS)
+        self._listener = BoundedListener(listener, _FILE_S)
         self._server = serve(
             self._serve,
-            sock=listener,
+            sock=self._listener,
             compression=None,
             process_request=self._answer,
             server_header=None,
@@ -84,23 +86,30 @@ class ViewServer:
     def _serve(self, connection: ServerConnection) -> None:
         connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _SEND_TIMEOUT)
         with suppress(ConnectionClosed):
-            try:
-                if not self._token.opens(connection.recv(timeout=_PATIENCE_S)):
-                    connection.close(WRONG_TOKEN, "wrong token")
-                    return
-            except TimeoutError:
-                # The page tries again, since its token may be right.
-                connection.close(CloseCode.POLICY_VIOLATION, f"no token in {_PATIENCE_S} s")
+            if not self._is_let_in(connection):
                 return
+            self._listener.trust(connection.socket)
             if not self._places.acquire(blocking=False):
                 connection.close(CloseCode.TRY_AGAIN_LATER, "too many browsers")
                 return
             try:
                 Visitor(connection, self._view, self._steered).serve()
             except RequestError as error:
-                connection.close(CloseCode.POLICY_VIOLATION, str(error))
+                connection.close(CloseCode.POLICY_VIOLATION, close_reason(error))
             finally:
                 self._places.release()
+
+    def _is_let_in(self, connection: ServerConnection) -> bool:
+        """Returns True if a browser has sent the token; else closes the connection."""
+        try:
+            if self._token.opens(connection.recv(timeout=_PATIENCE_S)):
+                return True
+        except TimeoutError:
+            # The page tries again, since its token may be right.
+            connection.close(CloseCode.POLICY_VIOLATION, f"no token in {_PATIENCE_S} s")
+            return False
+        connection.close(WRONG_TOKEN, "wrong token")
+        return False
 
 
 def _response(

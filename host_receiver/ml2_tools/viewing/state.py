@@ -7,13 +7,15 @@ from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ml2_receiver.printable import printable
 from ml2_receiver.session.statistics import SHARES
 from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.topics.adaptation import ADAPTATION, lowered_streams
 from ml2_receiver.topics.judgement import read_judgements
 
 from ..images.image_topic import image_topics
-from ..monitoring.topic_table import Rows, topic_figures
+from ..monitoring.topic_table import Rows, number_of, topic_figures
 
 type Levels = Mapping[str, int]
 
@@ -21,6 +23,7 @@ _EYES = "com.magicleap.permission.EYE_CAMERA"
 _OK, _WARN = 0, 1
 _SILENT = ("silent", "refused", "failed")
 _MOST_NAMED = 5
+_MOST_MODE = 100
 # The rows whose words are facts, with the words for a row that is not there.
 _FACTS = {"security": "not reported", "clock": "not synchronised yet", "link": "not tested"}
 
@@ -49,45 +52,53 @@ def is_eye(stream: str) -> bool:
     return _EYES in table.sections[table.streams[stream].section].permissions
 
 
+def known_topics(rows: Rows) -> dict[str, Topic]:
+    """Returns the topics of the stream table by their full names, if they have its types."""
+    return {
+        name: topic
+        for name, values in rows.items()
+        if (topic := _topic(name, values)) is not None and values.get("type") == topic.type
+    }
+
+
+def _topic(name: str, values: Mapping[str, str]) -> Topic | None:
+    """Returns the topic of the stream table that a row is about."""
+    stream = load_table().streams.get(values.get("stream", ""))
+    if stream is None or "type" not in values:
+        return None
+    ours = [it for it in stream.topics if f"/{name}".endswith(f"/{it.name}")]
+    # The name of a topic may end with that of another one.
+    return max(ours, key=lambda it: len(it.name), default=None)
+
+
 def published_images(rows: Rows) -> dict[str, tuple[str, str]]:
     """Returns name and type of the image topic of each requested stream, if it is published."""
-    found = {}
-    for name, values in rows.items():
-        stream = values.get("stream", "")
-        # A topic stays after its stream, which only the session does not name then.
-        if f"state.{stream}" not in rows.get("session", {}) or "type" not in values:
-            continue
-        # It also stays when the stream has another format.
-        if "needs" in values:
-            continue
-        if stream not in load_table().streams:
-            continue
-        if any(name.endswith(f"/{it.name}") for it in image_topics(stream)):
-            found[stream] = name, values["type"]
-    return found
+    session = rows.get("session", {})
+    return {
+        topic.stream: (name, topic.type)
+        for name, topic in known_topics(rows).items()
+        # A topic stays after its stream, which only the session does not name then. It also stays
+        # when the stream has another format.
+        if topic.role == "image" and f"state.{topic.stream}" in session
+        if "needs" not in rows[name]
+    }
 
 
 def topic_prefix(rows: Rows) -> str | None:
     """Returns the prefix of the receiver's topics; None while it lists none."""
-    streams = load_table().streams
-    for name, values in rows.items():
-        stream = streams.get(values.get("stream", ""))
-        for topic in stream.topics if stream else ():
-            if not topic.name.startswith("/") and name.endswith(f"/{topic.name}"):
-                return name.removesuffix(f"/{topic.name}")
+    for name, topic in known_topics(rows).items():
+        if not topic.name.startswith("/"):
+            return name.removesuffix(f"/{topic.name}")
     return None
 
 
 def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> dict[str, Any]:
-    """Returns the state as an object for JSON.
+    """Returns the state as an object for JSON. What the rows do not say is None.
 
     Args:
         levels: the level of each row.
         modes: the mode of each camera in words.
         battery: the charge of the battery in words.
-
-    Raises:
-        KeyError, ValueError: a row lacks values that this version's receivers publish.
     """
     images = {stream: name for stream, (name, _) in published_images(rows).items()}
     figures = {it["topic"]: it for it in topic_figures(rows)}
@@ -109,6 +120,7 @@ def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str)
             *_silences(rows, images),
             *_warnings(rows, levels),
             *_losses(others),
+            *_unknown_types(rows),
         ],
     }
 
@@ -146,7 +158,7 @@ def mode_in_words(values: Mapping[str, Any] | None) -> str:
     keys = ("resolution_width", "resolution_height", "update_rate", "format")
     if values is None or not all(key in values for key in keys):
         return ""
-    return "{}x{}@{} {}".format(*(values[key] for key in keys))
+    return printable("{}x{}@{} {}".format(*(values[key] for key in keys)), _MOST_MODE)
 
 
 def _facts(rows: Rows, levels: Levels, battery: str) -> list[Fact]:
@@ -168,8 +180,10 @@ def _facts(rows: Rows, levels: Levels, battery: str) -> list[Fact]:
 def _recording(values: Mapping[str, str] | None) -> str:
     if values is None:
         return "off"
-    megabytes, seconds = float(values["file_bytes"]) / 1e6, float(values["duration_s"])
-    return f"{values['state']}, {seconds:.0f} s, {megabytes:.1f} MB"
+    file_bytes, seconds = number_of(values.get("file_bytes")), number_of(values.get("duration_s"))
+    if file_bytes is None or seconds is None:
+        return values.get("message", "")
+    return f"{values.get('state', 'on')}, {seconds:.0f} s, {file_bytes / 1e6:.1f} MB"
 
 
 def _stream(stream: str, figures: Mapping[str, Any], level: int) -> dict[str, Any]:
@@ -184,7 +198,8 @@ def _stream(stream: str, figures: Mapping[str, Any], level: int) -> dict[str, An
 def _stages_ms(row: Mapping[str, str]) -> list[float] | None:
     """Returns the means of SHARES over the last second; None if the headset knows no ROS time."""
     keys = [f"window.{share}_ms" for share in SHARES]
-    return [float(row[key]) for key in keys] if all(key in row for key in keys) else None
+    stages_ms = [it for key in keys if (it := number_of(row.get(key))) is not None]
+    return stages_ms if len(stages_ms) == len(keys) else None
 
 
 def _missing_permissions(rows: Rows) -> list[dict[str, Any]]:
@@ -227,11 +242,21 @@ def _applied(rows: Rows, modes: Mapping[str, str]) -> dict[str, str]:
 def _warnings(rows: Rows, levels: Levels) -> list[dict[str, Any]]:
     """Returns the rows that warn, the worst first; topics and facts have places of their own."""
     found = [
-        {"row": name, "text": values["message"], "level": levels[name]}
+        {"row": name, "text": values.get("message", ""), "level": levels[name]}
         for name, values in rows.items()
         if levels.get(name, _OK) > _OK and "type" not in values and name not in _FACTS
     ]
     return sorted(found, key=lambda it: -it["level"])
+
+
+def _unknown_types(rows: Rows) -> list[dict[str, Any]]:
+    """Returns a warning for the first topics of the stream table that have other types than it."""
+    known = known_topics(rows)
+    return [
+        {"row": name, "text": f"expected {topic.type}, found {found['type']}", "level": _WARN}
+        for name, found in rows.items()
+        if name not in known and (topic := _topic(name, found)) is not None
+    ][:_MOST_NAMED]
 
 
 def _losses(topics: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, Protocol
+
+from ml2_receiver.json_text import json_text
 
 from .requests import Offer, Steer
 
@@ -21,7 +22,7 @@ class Answer(NamedTuple):
 
     def message(self) -> str:
         """Returns the message for the browser."""
-        return json.dumps({"type": "answer", **self._asdict()})
+        return json_text({"type": "answer", **self._asdict()})
 
 
 class Steered(Protocol):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import queue
 import threading
 from collections.abc import Callable, Iterable, Mapping
@@ -11,6 +10,7 @@ from typing import Any
 from rclpy.context import Context
 
 from ml2_receiver.errors import ReceiverError, RosError
+from ml2_receiver.json_text import json_text
 from ml2_receiver.wire.json_body import Scalar
 
 from ..live.receiver_client import ReceiverClient
@@ -103,6 +103,9 @@ class Steering:
             return Answer(to, *self._client.set(values))
         except RosError as error:
             return Answer(to, False, str(error))
+        except Exception as error:  # the next request may be another one
+            self._view.faults.add(f"a request for {to}", error)
+            return Answer(to, False, f"internal error: {error!r}")
 
     def _pair(self, request: Pair) -> Answer:
         try:
@@ -120,11 +123,14 @@ class Steering:
             values = self._client.get(names)
         except RosError:
             return  # the page says that the receiver does not report
+        except Exception as error:  # of what a node answers that has the receiver's name
+            self._view.faults.add("the receiver's parameters", error)
+            return
         sections: dict[str, dict[str, Scalar]] = {section: {} for section in self.offer.controls}
         for name, value in values.items():
             section, _, key = name.partition(".")
             sections[section][key] = value
-        message = json.dumps({"type": "settings", "sections": sections})
+        message = json_text({"type": "settings", "sections": sections})
         if values and message != self._settings[1]:
             with self._view.changed:
                 self._settings = self._settings[0] + 1, message

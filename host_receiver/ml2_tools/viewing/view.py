@@ -7,12 +7,16 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Set
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
 
+from ml2_receiver.json_text import json_text
+from ml2_receiver.printable import printable
 from ml2_receiver.topics.string_message import decode_string
 
 from ..bags.decoding import decoder
+from ..live.faults import Faults
 from ..monitoring.topic_table import Rows
 from .cloud import CLOUD, Cloud
 from .feed import Feed, Kind
@@ -20,9 +24,17 @@ from .full_image import FullImage, full_name
 from .newest_image import NewestImage
 from .plots import SENSOR_PLOTS, UNITS, Plot, Series
 from .scene import SCENE, TF, TF_STATIC, Scene
-from .state import Levels, image_streams, mode_in_words, published_images, topic_prefix
+from .state import (
+    Levels,
+    image_streams,
+    known_topics,
+    mode_in_words,
+    published_images,
+    topic_prefix,
+)
 
 _BATTERY, _CONFIG = "battery", "config"
+_MOST_NAMED, _WARN = 5, 1
 
 
 class Source(Protocol):
@@ -50,9 +62,6 @@ class Source(Protocol):
             rows, levels: what was reported last.
             modes: the mode of each camera in words.
             battery: the charge of the battery in words.
-
-        Raises:
-            KeyError, ValueError: the rows are of another version.
         """
 
 
@@ -73,6 +82,7 @@ class View:
         scene: the poses of the 3D view.
         cloud: the points of the 3D view.
         series: the values of each plot.
+        faults: what was left out because a message or a report is none that was foreseen.
     """
 
     def __init__(self, source: Source, receiver: str, with_eyes: bool) -> None:
@@ -84,6 +94,7 @@ class View:
         self.scene = Scene(receiver)
         self.cloud = Cloud(self.scene)
         self.series = {name: Series() for name in UNITS}
+        self.faults = Faults()
         self._state: tuple[int, str] = 0, ""
         self._rows: Rows = {}
         self._modes: dict[str, str] = {}
@@ -130,19 +141,28 @@ class View:
 
     def report(self, rows: Rows, levels: Levels) -> None:
         """Takes what the source says of its topics, in the form of rows of /diagnostics."""
-        with self._settling:
-            self._rows = rows
-            self._settle()
         try:
+            with self._settling:
+                self._rows = rows
+                self._settle()
             state = self._source.state(rows, levels, self._modes, self._battery)
-        except (KeyError, ValueError) as error:
-            self.fail(f"the receiver's version has another /diagnostics: {error!r}")
+        except Exception as error:  # the next report may be another one
+            self.faults.add("a report", error)
+            self.fail(f"the report of the receiver cannot be shown: {error!r}")
         else:
+            state["warnings"] += self._left_out()
             self._show(state)
+
+    def _left_out(self) -> list[dict[str, Any]]:
+        counts = list(self.faults.counts().items())[:_MOST_NAMED]
+        return [
+            {"row": "left out", "text": f"{count} times {reason}", "level": _WARN}
+            for reason, count in counts
+        ]
 
     def fail(self, problem: str) -> None:
         """Shows instead of the state why there is none."""
-        self._show({"type": "state", "problem": problem})
+        self._show({"type": "state", "problem": printable(problem)})
 
     def forget(self) -> None:
         """Forgets all messages: the next ones may be of any time."""
@@ -155,7 +175,7 @@ class View:
 
     def _show(self, state: Any) -> None:
         with self.changed:
-            self._state = self._state[0] + 1, json.dumps(state)
+            self._state = self._state[0] + 1, json_text(state)
             self.changed.notify_all()
 
     def _settle(self) -> None:
@@ -177,9 +197,7 @@ class View:
             for stream, topic in published_images(self._rows).items()
             for name in {stream, full_name(stream)} & shown & self.images.keys()
         }
-        topics = {
-            it["stream"]: (name, it["type"]) for name, it in self._rows.items() if "type" in it
-        }
+        topics = {it.stream: (name, it.type) for name, it in known_topics(self._rows).items()}
         for plot in SENSOR_PLOTS.values():
             if (stream := next((it for it in plot.streams if it in topics), None)) is not None:
                 found[plot.name] = topics[stream]
@@ -193,6 +211,17 @@ class View:
         return {(name, topic): type for name, (topic, type) in found.items()}
 
     def _feed(self, name: str, topic: str, type: str) -> Feed:
+        feed = self._feed_of(name, topic, type)
+
+        def take(payload: bytes, at_s: float) -> None:
+            try:
+                feed.take(payload, at_s)
+            except Exception as error:  # the thread of the source must go on
+                self.faults.add(f"a message of {topic}", error)
+
+        return replace(feed, take=take)
+
+    def _feed_of(self, name: str, topic: str, type: str) -> Feed:
         if name in self.images:
             return Feed(topic, type, Kind.IMAGE, partial(self._take_image, name, type))
         if name in self._in_scene:

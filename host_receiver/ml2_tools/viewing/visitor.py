@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
 from websockets.sync.server import ServerConnection
+
+from ml2_receiver.json_text import json_text
+from ml2_receiver.printable import printable
 
 from .cloud import CLOUD
 from .full_image import full_name
@@ -20,6 +23,8 @@ from .steered import Steered
 from .view import View
 
 _MOST_UNDER_WAY = 2
+# Of RFC 6455, beside the code.
+_MOST_REASON_BYTES = 123
 # A page asks for one change of a section, and one call of a service, at a time.
 _MOST_ASKED = 64
 _PERIOD_S = 0.1
@@ -31,6 +36,8 @@ class Visitor:
     """One browser that has sent the token.
 
     serve() reads in the calling thread. A second thread sends: only it waits for a slow browser.
+    An exception that nobody foresaw closes the connection, with a reason for the page, which
+    connects again.
     """
 
     def __init__(self, connection: ServerConnection, view: View, steered: Steered) -> None:
@@ -54,17 +61,32 @@ class Visitor:
             ConnectionClosed: the connection broke.
         """
         sender = threading.Thread(target=self._send, name="view-sender")
-        self._view.watch(self, self._shown)
-        sender.start()
         try:
+            self._view.watch(self, self._shown)
+            sender.start()
             for message in self._connection:
                 self._take(message)
+        except (RequestError, ConnectionClosed):
+            raise
+        except Exception as error:
+            self._fail(error)
         finally:
-            self._view.watch(self, None)
             self._is_over = True
             with self._view.changed:
                 self._view.changed.notify_all()
-            sender.join()
+            self._leave()
+            if sender.ident is not None:
+                sender.join()
+
+    def _leave(self) -> None:
+        try:
+            self._view.watch(self, None)
+        except Exception as error:
+            self._fail(error)
+
+    def _fail(self, error: Exception) -> None:
+        self._view.faults.add("a connection of a browser", error)
+        self._connection.close(CloseCode.INTERNAL_ERROR, close_reason(error))
 
     def _take(self, message: str | bytes) -> None:
         match parse_request(message, self._view.offered, self._steered.offer):
@@ -94,7 +116,7 @@ class Visitor:
             raise RequestError("expected a stream with images")
         self._expect_answer()
         pixel = {"type": "pixel", "at": [column, row], "value": image.pixel(column, row)}
-        self._answer(json.dumps(pixel))
+        self._answer(json_text(pixel))
 
     def _expect_answer(self) -> None:
         with self._view.changed:
@@ -109,27 +131,32 @@ class Visitor:
 
     def _send(self) -> None:
         try:
-            self._connection.send(self._hello())
-            while not self._is_over:
-                has_sent = False
-                # An answer follows the values that its request changed. Those of a later answer may
-                # not be among the messages of this turn.
-                answers = len(self._answers)
-                for name, message in self._messages():
-                    with self._view.changed:
-                        self._under_way[name] += 1
-                    self._connection.send(message)
-                    has_sent = True
-                for _ in range(answers):
-                    self._connection.send(self._answers.popleft())
-                    has_sent = True
-                    with self._view.changed:
-                        self._asked -= 1
-                if not has_sent:
-                    with self._view.changed:
-                        self._view.changed.wait(_PERIOD_S)
+            self._send_until_over()
         except ConnectionClosed:
             return
+        except Exception as error:
+            self._fail(error)
+
+    def _send_until_over(self) -> None:
+        self._connection.send(self._hello())
+        while not self._is_over:
+            has_sent = False
+            # An answer follows the values that its request changed. Those of a later answer may
+            # not be among the messages of this turn.
+            answers = len(self._answers)
+            for name, message in self._messages():
+                with self._view.changed:
+                    self._under_way[name] += 1
+                self._connection.send(message)
+                has_sent = True
+            for _ in range(answers):
+                self._connection.send(self._answers.popleft())
+                has_sent = True
+                with self._view.changed:
+                    self._asked -= 1
+            if not has_sent:
+                with self._view.changed:
+                    self._view.changed.wait(_PERIOD_S)
 
     def _hello(self) -> str:
         hello = {
@@ -139,7 +166,7 @@ class Visitor:
             "shown_s": SHOWN_S,
             **self._steered.described(),
         }
-        return json.dumps(hello)
+        return json_text(hello)
 
     def _messages(self) -> Iterator[tuple[str, bytes | str]]:
         """Yields what is new and may be sent, each with its kind: a stream, or one of text."""
@@ -177,4 +204,10 @@ class Visitor:
             if new:
                 plots[name] = new
         samples = {"type": _SAMPLES, "now_s": self._view.now_s, "plots": plots}
-        return json.dumps(samples) if plots else None
+        return json_text(samples) if plots else None
+
+
+def close_reason(error: Exception) -> str:
+    """Returns an error in the bytes that a WebSocket has for the reason of its end."""
+    words = str(error) if isinstance(error, RequestError) else f"internal error: {error!r}"
+    return printable(words).encode()[:_MOST_REASON_BYTES].decode(errors="ignore")

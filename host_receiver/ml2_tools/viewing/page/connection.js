@@ -4,6 +4,7 @@
 const RETRY_MS = 2000;
 const WRONG_TOKEN = 4401;
 const TOO_MANY = 1013;
+const PAGE_FAILED = 4500;
 const EXPIRED =
   "The address of this page is not valid any more. Open the address that `ml2-receiver view` prints.";
 const text = new TextDecoder();
@@ -24,8 +25,14 @@ export function connect(handlers) {
       if (event.code !== WRONG_TOKEN) setTimeout(open, RETRY_MS);
     };
     own.onmessage = async (event) => {
-      const name = await take(event.data);
-      if (name !== null && own === socket) send({ seen: name });
+      try {
+        const name = await take(event.data);
+        if (name !== null && own === socket) send({ seen: name });
+      } catch (error) {
+        // What is not acknowledged would not come again.
+        console.error(error);
+        own.close(PAGE_FAILED, "this page failed");
+      }
     };
   }
 
