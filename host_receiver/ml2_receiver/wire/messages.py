@@ -62,6 +62,10 @@ class Timeouts:
     ping_s: float
     dead_s: float
 
+    def __post_init__(self) -> None:
+        if min(self.handshake_s, self.ping_s, self.dead_s) <= 0:
+            raise ValueError("timeouts are above 0")
+
 
 @dataclass(frozen=True)
 class Welcome(JsonBody):

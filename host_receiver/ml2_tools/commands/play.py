@@ -32,6 +32,7 @@ from .reading import add_headset, say_left_out
 _REDRAWS_PER_SECOND = 2.0
 _POLL_S = 0.1
 _JUMP_S = 5.0
+_MOST_S, _MOST_RATE = 2e10, 1e6  # recordings have times of 64 bits
 # After a lane breaks, the receiver's reason may arrive on the control lane within this time.
 _GOODBYE_S = 1.0
 _EXAMPLES = """examples:
@@ -69,7 +70,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help="default: 127.0.0.1:7755",
     )
     parser.add_argument(
-        "--rate", type=above_zero, default=1.0, metavar="R", help="2 is twice as fast; default: 1"
+        "--rate", type=_rate, default=1.0, metavar="R", help="2 is twice as fast; default: 1"
     )
     parser.add_argument("--loop", action="store_true", help="begin again at the end")
     parser.add_argument(
@@ -198,6 +199,13 @@ def _offset(text: str) -> float:
         offset_s = float(text)
     except ValueError:
         offset_s = math.nan
-    if not 0 <= offset_s < math.inf:
-        raise argparse.ArgumentTypeError(f"expected seconds, at least 0, found {text!r}")
+    if not 0 <= offset_s < _MOST_S:
+        raise argparse.ArgumentTypeError(f"expected seconds from 0 to {_MOST_S:g}, found {text!r}")
     return offset_s
+
+
+def _rate(text: str) -> float:
+    rate = above_zero(text)
+    if rate > _MOST_RATE:
+        raise argparse.ArgumentTypeError(f"expected a rate up to {_MOST_RATE:g}, found {text!r}")
+    return rate

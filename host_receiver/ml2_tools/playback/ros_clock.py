@@ -12,10 +12,12 @@ from rosgraph_msgs.msg import Clock
 
 from ml2_receiver.ros.context import start_ros
 
+from ..errors import PlaybackError
 from .timeline import Timeline
 
 _PERIOD_S = 0.01
 _NANOS_PER_SECOND = 1_000_000_000
+LAST_NS = (1 << 31) * _NANOS_PER_SECOND - 1  # of builtin_interfaces/Time, in the year 2038
 
 
 class RosClock:
@@ -26,9 +28,16 @@ class RosClock:
 
     Raises:
         RosError: ROS does not start.
+        PlaybackError: the timeline begins after the last time that ROS has.
     """
 
     def __init__(self, timeline: Timeline) -> None:
+        if timeline.now_ns() > LAST_NS:
+            raise PlaybackError(
+                f"ROS has times up to {LAST_NS} ns, but the recording begins at"
+                f" {timeline.now_ns()} ns",
+                hint="Leave out --clock.",
+            )
         self._timeline = timeline
         self._context = start_ros()
         self._node = rclpy.create_node("ml2_play", context=self._context)
@@ -50,5 +59,5 @@ class RosClock:
 
     def _publish(self) -> None:
         while not self._leaving.wait(_PERIOD_S):
-            sec, nanosec = divmod(self._timeline.now_ns(), _NANOS_PER_SECOND)
+            sec, nanosec = divmod(min(self._timeline.now_ns(), LAST_NS), _NANOS_PER_SECOND)
             self._publisher.publish(Clock(clock=Time(sec=sec, nanosec=nanosec)))

@@ -10,6 +10,7 @@ from contextlib import suppress
 
 from ml2_receiver.errors import ProtocolError
 from ml2_receiver.generated.version import VERSION
+from ml2_receiver.printable import printable
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import VERSION as PROTOCOL_VERSION
 from ml2_receiver.wire.kinds import Kind
@@ -35,6 +36,10 @@ _STATUS_PERIOD_S = 1.0
 _ROUND_TRIPS = 15  # one per STATUS, so 15 s
 _CLOSING_S = 1.0
 _TIME = struct.Struct("<q")
+_END_OF_TIME_NS = 1 << 63  # of the header of DATA
+# Python's waits take no longer ones than some centuries, which a receiver may ask for.
+_LONGEST_S = 3600.0
+_SHOWN_CHARACTERS = 60
 
 
 class Session:
@@ -73,17 +78,7 @@ class Session:
         self.reason: str | None = None
         self._destination, self._over = destination, over
         self._repertoire, self._log = repertoire, log
-        self._device = Device(
-            Hello(
-                versions=[PROTOCOL_VERSION],
-                device_id=f"recording of {name}",
-                instance_id=uuid.uuid4().hex,
-                name=name,
-                software=f"ml2-receiver play {VERSION}",
-                capabilities=Capabilities(repertoire.streams),
-                permissions={},
-            )
-        )
+        self._device = Device(_hello(name, repertoire))
         self._began_s = time.monotonic()
         self._finishing = threading.Event()
         self._lanes: dict[str, Lane] = {}
@@ -107,6 +102,11 @@ class Session:
 
     def send(self, topic: Topic, payload: bytes, capture_ns: int) -> None:
         """Sends one message unchanged; blocks until the connection takes it."""
+        if not -_END_OF_TIME_NS <= capture_ns < _END_OF_TIME_NS:
+            raise PlaybackError(
+                f"{topic.name}: expected times before the year 2262, found {capture_ns} ns",
+                hint="Leave the topic out with --topics, or repair the recording.",
+            )
         header = self._device.data_header(topic, capture_ns, time.time_ns())
         self._lanes[topic.lane].send(Kind.DATA, payload, **header)
 
@@ -128,13 +128,17 @@ class Session:
     def _greet(self) -> None:
         self._control.send(Kind.HELLO, self._device.hello)
         self._device.begin(Welcome.parse(self._control.expect(Kind.WELCOME)))
-        self._control.set_timeout(self._device.welcome.timeouts.dead_s)
+        self._control.set_timeout(self._dead_s)
+
+    @property
+    def _dead_s(self) -> float:
+        return min(self._device.welcome.timeouts.dead_s, _LONGEST_S)
 
     def _join(self, name: str) -> None:
         lane = self._lanes[name] = Lane(self._destination, name)
         lane.send(Kind.JOIN, self._device.join(name))
         Joined.parse(lane.expect(Kind.JOINED))
-        lane.set_timeout(self._device.welcome.timeouts.dead_s)
+        lane.set_timeout(self._dead_s)
 
     def _guard(self, work: Callable[[], None]) -> None:
         try:
@@ -200,7 +204,8 @@ class Session:
     def _send_statuses(self) -> None:
         """Sends STATUS each second, and PING in between to keep the session alive."""
         status_s = self._began_s
-        while not self._finishing.wait(self._device.welcome.timeouts.ping_s):
+        ping_s = min(self._device.welcome.timeouts.ping_s, _LONGEST_S)
+        while not self._finishing.wait(ping_s):
             if time.monotonic() >= status_s:
                 status_s += _STATUS_PERIOD_S
                 self._measure_round_trip()
@@ -224,3 +229,23 @@ class Session:
     def _close(self) -> None:
         for lane in self._lanes.values():
             lane.close()
+
+
+def _hello(name: str, repertoire: Repertoire) -> Hello:
+    try:
+        return Hello(
+            versions=[PROTOCOL_VERSION],
+            device_id=f"recording of {name}",
+            instance_id=uuid.uuid4().hex,
+            name=name,
+            software=f"ml2-receiver play {VERSION}",
+            capabilities=Capabilities(repertoire.streams),
+            permissions={},
+        )
+    except ValueError as error:
+        raise PlaybackError(
+            f"the recording is of a headset that no receiver accepts: {error}, found"
+            f" {printable(name, _SHOWN_CHARACTERS)!r}",
+            hint="Its topic `config` is damaged or not of `ml2-receiver record`. `ros2 bag play`"
+            " publishes the topics.",
+        ) from error
