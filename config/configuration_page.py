@@ -138,15 +138,11 @@ def _modes(table: StreamTable) -> Iterator[tuple[str, ...]]:
         groups.setdefault(repr(section.modes), []).append(section)
     for sections in groups.values():
         for mode in sections[0].modes:
-            rates = (
-                f"{rate} (delivers {mode.delivers[rate]})" if rate in mode.delivers else str(rate)
-                for rate in mode.rates
-            )
             yield (
                 ", ".join(section.id for section in sections),
                 str(mode.stream),
                 ", ".join(f"{width}x{height}" for width, height in mode.resolutions),
-                ", ".join(rates),
+                ", ".join(map(str, mode.rates)),
                 ", ".join(mode.formats),
             )
 

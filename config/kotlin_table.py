@@ -164,7 +164,6 @@ def _mode(mode: Mode) -> Call:
         formats=_list(map(_text, mode.formats)),
         rates=_list(map(str, mode.rates)),
         resolutions=_list(f"{width} to {height}" for width, height in mode.resolutions),
-        delivers=Call("mapOf", tuple(f"{rate} to {it}" for rate, it in mode.delivers.items())),
     )
 
 

@@ -101,5 +101,5 @@ def _rates(table: StreamTable, stream: Stream) -> str:
         for mode in table.sections[stream.section].modes
         if mode.stream in when.get("stream", (mode.stream,))
     ]
-    rates = {rate for mode in modes for rate in mode.rates if rate not in mode.delivers}
+    rates = {rate for mode in modes for rate in mode.rates}
     return ", ".join(map(str, sorted(rates) or filter(None, [stream.pace.rate_hz])))

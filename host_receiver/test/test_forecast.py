@@ -42,7 +42,7 @@ def config(**sections: dict[str, Any]) -> Config:
         (DEPTH, {"confidence": True, "flags": True}, "depth", DEPTH_MPX * 96 * 30),
         (DEPTH, {"format": "depth16", "flags": True}, "depth", DEPTH_MPX * (2.9 + 32) * 30),
         (DEPTH, {"format": "DepthRaw", "flags": True}, "infra", DEPTH_MPX * 32 * 30),
-        (DEPTH, {"update_rate": 60}, "depth", DEPTH_MPX * 32 * 30),
+        (DEPTH, {"update_rate": 60}, "depth", DEPTH_MPX * 32 * 60),
         (DEPTH, {"stream": 0, "update_rate": 5}, "depth", DEPTH_MPX * 32 * 5),
     ],
 )  # fmt: skip

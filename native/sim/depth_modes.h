@@ -10,7 +10,7 @@ namespace ml2sim {
 struct DepthMode {
     MLDepthCameraFrameType type;
     MLDepthCameraFrameRate rate;
-    uint32_t delivered_hz; ///< 60 is accepted and delivers 30.
+    uint32_t delivered_hz; ///< Captures a second.
     uint32_t mains_hz;     ///< Mains frequency where the rate is available; 0: any.
 };
 constexpr DepthMode kDepthModes[] = {
@@ -20,7 +20,7 @@ constexpr DepthMode kDepthModes[] = {
     {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_25FPS, 25, 50},
     {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_30FPS, 30, 60},
     {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_50FPS, 50, 50},
-    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_60FPS, 30, 60},
+    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_60FPS, 60, 60},
 };
 
 /** A stream, indexed by MLDepthCameraFrameType. */

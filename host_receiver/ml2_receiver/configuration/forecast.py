@@ -1,10 +1,9 @@
 """Forecasts what the images of a configuration need of the link."""
 
-from collections.abc import Iterator
 from itertools import pairwise
 
 from ..table.reader import load_table
-from ..table.stream_table import VIDEO, Mode, Stream, Topic
+from ..table.stream_table import VIDEO, Stream, Topic
 from .config import Config
 from .config_rules import Values
 
@@ -35,15 +34,7 @@ def stream_mbit_per_s(stream: Stream, values: Values) -> float:
         _bits_per_pixel(it, values) for it in topics if it.when is None or it.when.holds(values)
     )
     pixels = float(values["resolution_width"]) * float(values["resolution_height"])
-    return pixels * bits_per_pixel * _delivered_hz(stream, values) / 1e6
-
-
-def modes_of_size(stream: Stream, values: Values) -> Iterator[Mode]:
-    """Yields the camera's modes with the `stream` and resolution of `values`."""
-    size = values["resolution_width"], values["resolution_height"]
-    for mode in load_table().sections[stream.section].modes:
-        if mode.stream == values["stream"] and size in mode.resolutions:
-            yield mode
+    return pixels * bits_per_pixel * int(values["update_rate"]) / 1e6
 
 
 def _bits_per_pixel(topic: Topic, values: Values) -> float:
@@ -63,9 +54,3 @@ def _relative_size(quality: float) -> float:
         if quality <= high:
             return size + (larger - size) * (quality - low) / (high - low)
     return sizes[-1][1]
-
-
-def _delivered_hz(stream: Stream, values: Values) -> float:
-    rate = int(values["update_rate"])
-    delivers = [it.delivers for it in modes_of_size(stream, values) if rate in it.rates]
-    return delivers[0].get(rate, rate) if delivers else rate

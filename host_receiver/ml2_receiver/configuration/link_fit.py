@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from ..table.reader import load_table
-from ..table.stream_table import VIDEO
+from ..table.stream_table import VIDEO, Mode, Stream
 from ..wire.json_body import Scalar
 from .config import Config
 from .config_rules import Values
-from .forecast import images_mbit_per_s, modes_of_size, stream_mbit_per_s
+from .forecast import images_mbit_per_s, stream_mbit_per_s
 
 # The values of each enabled stream of images.
 type _Requests = Mapping[str, Values]
@@ -106,7 +106,7 @@ def _compressed(id: str, values: Values) -> Values:
     formats = (stream.when or {}).get("format")
     found = [
         {**values, "format": format}
-        for mode in modes_of_size(stream, values)
+        for mode in _modes_of_size(stream, values)
         for format in (mode.formats if values["update_rate"] in mode.rates else ())
         if format not in VIDEO and (formats is None or format in formats)
     ]
@@ -122,7 +122,7 @@ def _at_most(quality: int, values: Values) -> Values:
 def _slower(id: str, values: Values) -> Values | None:
     """Returns the values with the next lower rate of the camera; None if it has none."""
     stream = load_table().streams[id]
-    modes = [it for it in modes_of_size(stream, values) if values["format"] in it.formats]
+    modes = [it for it in _modes_of_size(stream, values) if values["format"] in it.formats]
     found = [{**values, "update_rate": rate} for it in modes for rate in it.rates]
     needed = stream_mbit_per_s(stream, values)
     lower = [it for it in found if stream_mbit_per_s(stream, it) < needed]
@@ -149,3 +149,11 @@ def _set(values: Mapping[str, Scalar], config: Config) -> str:
 
 def _shown(value: Scalar) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _modes_of_size(stream: Stream, values: Values) -> Iterator[Mode]:
+    """Yields the camera's modes with the `stream` and resolution of `values`."""
+    size = values["resolution_width"], values["resolution_height"]
+    for mode in load_table().sections[stream.section].modes:
+        if mode.stream == values["stream"] and size in mode.resolutions:
+            yield mode

@@ -134,14 +134,12 @@ def _mode(
     formats: list[str],
     rates: list[int],
     resolutions: list[list[int]],
-    delivers: Mapping[int, int] = MappingProxyType({}),
 ) -> Mode:
     return Mode(
         stream=stream,
         formats=tuple(formats),
         rates=tuple(rates),
         resolutions=tuple((width, height) for width, height in resolutions),
-        delivers=MappingProxyType(dict(delivers)),
     )
 
 

@@ -149,16 +149,12 @@ class ReceiverTopic:
 
 @dataclass(frozen=True)
 class Mode:
-    """Combinations a camera stream can run in. Rates are in Hz, resolutions (width, height) in px.
-
-    `delivers` maps a rate that the device accepts to the rate that it then delivers.
-    """
+    """Combinations a camera stream can run in; rates in Hz, resolutions (width, height) in px."""
 
     stream: int
     formats: tuple[str, ...]
     rates: tuple[int, ...]
     resolutions: tuple[tuple[int, int], ...]
-    delivers: Mapping[int, int]
 
 
 @dataclass(frozen=True)

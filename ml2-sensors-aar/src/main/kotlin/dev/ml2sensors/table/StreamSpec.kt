@@ -92,14 +92,12 @@ internal class CustomTopicsSpec(
  * @property formats of the pixels, such as `jpeg`.
  * @property rates in Hz.
  * @property resolutions width to height, pixels.
- * @property delivers rates in Hz that the device accepts, and the rate that it delivers instead.
  */
 public class Mode internal constructor(
     public val stream: Int,
     public val formats: List<String>,
     public val rates: List<Int>,
     public val resolutions: List<Pair<Int, Int>>,
-    public val delivers: Map<Int, Int> = emptyMap(),
 )
 
 /**

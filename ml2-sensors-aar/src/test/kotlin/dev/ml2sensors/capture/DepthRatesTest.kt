@@ -41,11 +41,10 @@ class DepthRatesTest {
     }
 
     @Test
-    fun aRateThatDeliversAnotherIsNoneToGoTo() {
+    fun ratesOf60HzMainsAreTakenAsAsked() {
         Simulation.configure("mains_hz", 60)
-        assertEquals(30, adjusted(rateHz = 50).rateHz)
-        assertEquals(30, adjusted(rateHz = 60).rateHz)
-        assertIs<Answer.Applied>(negotiate(rateHz = 30))
+        assertEquals(60, adjusted(rateHz = 50).rateHz)
+        for (rate in listOf(5, 30, 60)) assertIs<Answer.Applied>(negotiate(rate))
     }
 
     @Test

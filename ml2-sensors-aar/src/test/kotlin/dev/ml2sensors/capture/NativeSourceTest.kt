@@ -250,8 +250,6 @@ class NativeSourceTest {
     fun whatTheTableDoesNotKnowIsRefused() {
         val depth = CaptureFixture.SHORT_RANGE
         assertEquals(Answer.Applied(depth), fixture.depth.negotiate(StreamTable.depth, depth))
-        val adjusted = fixture.depth.negotiate(StreamTable.depth, depth.copy(rateHz = 60))
-        assertEquals(depth, assertIs<Answer.Adjusted>(adjusted).values)
         assertIs<Answer.Refused>(fixture.depth.negotiate(StreamTable.depth, depth.copy(rateHz = 24)))
         assertEquals(0, Simulation.openHandles())
     }

@@ -3,7 +3,6 @@ package dev.ml2sensors.source
 import dev.ml2sensors.table.StreamTable
 import org.junit.jupiter.api.Test
 import kotlin.test.assertEquals
-import kotlin.test.assertIs
 
 class NegotiationTest {
     @Test
@@ -14,20 +13,12 @@ class NegotiationTest {
                     for ((width, height) in mode.resolutions) {
                         val values = StreamValues(mode.stream, width, height, rate, mode.formats.last())
                         val answer = stream.answer(values)
-                        assertEquals(values.copy(rateHz = mode.delivers[rate] ?: rate), answer.values)
-                        assertEquals(rate in mode.delivers, answer is Answer.Adjusted)
+                        assertEquals(Answer.Applied(values), answer)
                     }
                 }
             }
             if (stream.modes.isEmpty()) assertEquals(Answer.Applied(StreamValues()), stream.answer(StreamValues()))
         }
-    }
-
-    @Test
-    fun depthAt60HzIsTakenAndDelivers30() {
-        val answer = assertIs<Answer.Adjusted>(StreamTable.depth.answer(DEPTH.copy(rateHz = 60)))
-        assertEquals(DEPTH, answer.values)
-        assertEquals("update_rate 60 is accepted and delivers 30", answer.reason)
     }
 
     @Test
@@ -42,13 +33,10 @@ class NegotiationTest {
         )
     }
 
-    private val Answer.values get() = (this as? Answer.Applied)?.values ?: (this as? Answer.Adjusted)?.values
-
     private fun assertRefused(reason: String, values: StreamValues) =
         assertEquals(Answer.Refused(reason), StreamTable.color.answer(values))
 
     private companion object {
-        val DEPTH = StreamValues(1, 544, 480, 30, "Depth32", confidence = true)
         val COLOR = StreamValues(0, 1920, 1080, 30, "jpeg")
     }
 }
