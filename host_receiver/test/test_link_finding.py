@@ -216,3 +216,12 @@ def test_images_get_what_the_other_streams_leave() -> None:
     imu = {"stream": "imu_left", "rate_hz": "200.0", "mbit_per_s": "60"}
     finding = link_finding(RAW_ROWS | {"/imu": imu}, tried(60.0, 60.0), RAW)
     assert "images then need about 44 Mbit/s" in finding.fix
+
+
+@pytest.mark.parametrize("text", ["", "nan", "inf", "-1e308", "1e308", "x", "9" * 5000])
+def test_what_other_nodes_write_is_no_number(text: str) -> None:
+    hostile = dict.fromkeys((*IMAGE_ROW, "dropped.queue_full"), text) | {"stream": "world_left"}
+    test = dict.fromkeys(tried(1.0, 1.0), text) | {"state": "measured"}
+    finding = link_finding({**ROWS, "/d": hostile}, test, config("world_left: {enabled: true}"))
+    assert len(finding.found) < 500
+    assert all(abs(it) < 1e16 for it in finding.numbers.values())

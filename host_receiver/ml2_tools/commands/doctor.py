@@ -29,6 +29,7 @@ from ml2_receiver.table.reader import load_table
 from ml2_receiver.transport.discovery import FoundReceiver, find_receivers
 
 from ..doctor import bundle, findings, machine
+from ..doctor.delivery import delivery
 from ..doctor.findings import Finding
 from ..doctor.link_finding import link_finding
 from .live import PATIENCE_S, diagnostics_node
@@ -162,6 +163,7 @@ def _headset(receiver: str) -> Iterator[Finding]:
         yield link_finding(rows, test, config)
         if streams is not None:
             yield streams
+        yield from delivery(rows)
 
 
 def _tested(node: DiagnosticsNode, receiver: str) -> Values | str:

@@ -21,6 +21,9 @@ _NO_STREAM = (
 )
 
 
+type Level = Literal["ok", "hint", "wrong"]
+
+
 @dataclass(frozen=True)
 class Finding:
     """One thing looked at. "wrong" keeps the receiver from working, "hint" may matter to some.
@@ -30,7 +33,7 @@ class Finding:
     """
 
     check: str
-    level: Literal["ok", "hint", "wrong"]
+    level: Level
     found: str
     fix: str = ""
     numbers: Mapping[str, float] = field(default_factory=dict)

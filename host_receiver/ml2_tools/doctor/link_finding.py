@@ -7,8 +7,10 @@ from ml2_receiver.configuration.forecast import images_mbit_per_s
 from ml2_receiver.configuration.link_fit import advice
 from ml2_receiver.topics.adaptation import ADAPTATION, lowered_streams
 
+from ..monitoring.topic_table import number_of
 from .findings import Finding
 
+_MOST = 1e15  # nothing that is measured here is more
 _CHECK = "link to headset"
 _BETTER_LINK = "use Wi-Fi of 5 or 6 GHz near its access point, or a cable"
 _BETTER_LINK_OR_LESS = (
@@ -96,7 +98,7 @@ def _needs(rows: Rows, config: Config | None) -> dict[str, float]:
     for row in _topics(rows):
         stream = row.get("stream", "")
         needs[stream] = needs.get(stream, 0.0) + _needed_mbit_per_s(row)
-        if not float(row["rate_hz"]):
+        if not _number(row, "rate_hz"):
             silent.add(stream)
     for id, mbit_per_s in forecast.items():
         is_refused = session.get(f"stream.{id}", "").startswith("refused")
@@ -107,16 +109,17 @@ def _needs(rows: Rows, config: Config | None) -> dict[str, float]:
 
 def _needed_mbit_per_s(topic: Row) -> float:
     """Returns the bandwidth of a topic, scaled to the expected rate if there is one."""
-    mbit_per_s, rate_hz = float(topic["mbit_per_s"]), float(topic["rate_hz"])
-    return mbit_per_s * float(topic.get("expected_hz", rate_hz)) / rate_hz if rate_hz else 0.0
+    mbit_per_s, rate_hz = _number(topic, "mbit_per_s"), _number(topic, "rate_hz")
+    expected_hz = _number(topic, "expected_hz") or rate_hz
+    return mbit_per_s * expected_hz / rate_hz if rate_hz else 0.0
 
 
 def _arriving(rows: Rows) -> dict[str, float]:
     topics = _topics(rows)
     return {
-        "arriving_mbit_per_s": round(sum(float(row["mbit_per_s"]) for row in topics), 2),
-        "slowest_p99_ms": max((float(row.get("latency_p99_ms", 0)) for row in topics), default=0.0),
-        "dropped": sum(int(row.get("dropped.queue_full", 0)) for row in topics),
+        "arriving_mbit_per_s": round(sum(_number(row, "mbit_per_s") for row in topics), 2),
+        "slowest_p99_ms": max((_number(row, "latency_p99_ms") for row in topics), default=0.0),
+        "dropped": sum(int(_number(row, "dropped.queue_full")) for row in topics),
     }
 
 
@@ -133,11 +136,17 @@ def _tested(test: Row | str) -> dict[str, float]:
     if isinstance(test, str) or test.get("state") != "measured":
         return {}
     return {
-        "free_mbit_per_s": float(test["free_mbit_per_s"]),
-        "streams_mbit_per_s": float(test["streams_mbit_per_s"]),
-        "filler_bytes": int(test["filler_bytes"]),
-        "duration_s": float(test["duration_s"]),
+        "free_mbit_per_s": _number(test, "free_mbit_per_s"),
+        "streams_mbit_per_s": _number(test, "streams_mbit_per_s"),
+        "filler_bytes": int(_number(test, "filler_bytes")),
+        "duration_s": _number(test, "duration_s"),
     }
+
+
+def _number(row: Row, key: str) -> float:
+    """Returns a number of /diagnostics; 0 where another node has put something else."""
+    number = number_of(row.get(key))
+    return number if number is not None and 0 <= number <= _MOST else 0.0
 
 
 def _why(test: Row | str) -> str:
