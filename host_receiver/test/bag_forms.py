@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 from mcap.writer import CompressionType, IndexType, Writer
+from rosbags.rosbag2 import CompressionMode
 
 import ros_messages
 from bags import write_bag
@@ -116,12 +117,11 @@ def split(folder: Path, rows: Rows, *names: str) -> None:
         write(folder / name, rows[number * size : (number + 1) * size])
 
 
-def with_rosbags(folder: Path, rows: Rows) -> None:
-    write_bag(
-        folder,
-        {it.topic: it.type for it in rows},
-        ((it.topic, it.time_ns, it.payload) for it in rows),
-    )
+def with_rosbags(
+    folder: Path, rows: Rows, compression: CompressionMode = CompressionMode.NONE
+) -> None:
+    types = {it.topic: it.type for it in rows}
+    write_bag(folder, types, ((it.topic, it.time_ns, it.payload) for it in rows), compression)
 
 
 def like_rosbag2(folder: Path, rows: Rows) -> None:
@@ -242,5 +242,6 @@ FORMS: dict[str, Callable[[Path, Rows], None]] = {
     "attachments": _with_attachments,
     "an empty file": _beside_an_empty_file,
     "rosbags": with_rosbags,
+    "rosbags, compressed": lambda folder, rows: with_rosbags(folder, rows, CompressionMode.STORAGE),
     "rosbag2": like_rosbag2,
 }

@@ -5,16 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from ros_messages import TYPES
 
 type Messages = Iterable[tuple[str, int, bytes]]
 
 
-def write_bag(folder: Path, types: Mapping[str, str], messages: Messages) -> None:
+def write_bag(
+    folder: Path,
+    types: Mapping[str, str],
+    messages: Messages,
+    compression: CompressionMode = CompressionMode.NONE,
+) -> None:
     """An MCAP of topics, times in ns and payloads; `types` are by topic."""
-    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+    bag = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
+    bag.set_compression(compression, CompressionFormat.ZSTD)
+    with bag as writer:
         connections = {
             topic: writer.add_connection(topic, type, typestore=TYPES)
             for topic, type in types.items()

@@ -34,6 +34,7 @@ OF_ROSBAGS = [
     "no index",
     "no summary",
     "rosbags",
+    "rosbags, compressed",
 ]
 
 

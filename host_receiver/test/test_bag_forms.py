@@ -11,8 +11,9 @@ import pytest
 import yaml
 import zstandard
 from mcap.writer import CompressionType, IndexType
+from rosbags.rosbag2 import CompressionMode
 
-from bag_forms import STRING, Mcap, Row, Rows, sound_rows, split, text, write
+from bag_forms import STRING, Mcap, Row, Rows, sound_rows, split, text, with_rosbags, write
 from ml2_receiver.errors import RecordingError
 from ml2_tools.bags import mcap_file
 from ml2_tools.bags.bag_reader import Bag, BagReader
@@ -265,13 +266,24 @@ def test_a_damaged_chunk_is_told_whatever_its_compression(
         list(Bag(file).messages())
 
 
-def test_messages_that_are_compressed_one_by_one_are_found_out_without_metadata(
-    tmp_path: Path,
+@pytest.mark.parametrize(
+    ("mode", "said"),
+    [
+        (CompressionMode.MESSAGE, "has messages compressed one by one (MESSAGE)"),
+        (CompressionMode.FILE, "walk.mcap.zstd is compressed as a whole"),
+    ],
+)
+def test_what_rosbag2_compresses_otherwise_is_not_supported_with_and_without_metadata(
+    tmp_path: Path, mode: CompressionMode, said: str
 ) -> None:
-    packed = [Row(it.topic, it.type, it.time_ns, zstandard.compress(it.payload)) for it in ROWS]
-    write(tmp_path / "a.mcap", packed)
-    for command in ("play", "inspect"):
-        assert "has messages compressed one by one (MESSAGE)" in refusal(command, tmp_path)
+    folder = tmp_path / "walk"
+    with_rosbags(folder, ROWS, mode)
+    for _ in range(2):
+        for command in ("play", "inspect"):
+            words = refusal(command, folder)
+            assert "not supported: " in words
+            assert said in words
+        (folder / "metadata.yaml").unlink(missing_ok=True)
 
 
 def _in_two_files(folder: Path, rows: Rows) -> None:

@@ -27,6 +27,7 @@ from ml2_receiver.errors import RecordingError
 from .bounded_file import MAX_RECORD_BYTES, BoundedFile, open_file
 from .foreign_formats import check_format
 
+_RECOVER = "`mcap recover` makes a file of what is whole in it. Read that file alone."
 # Messages outside of chunks are read together up to this size.
 _RUN_BYTES = 4 * 1024 * 1024
 _NEEDED = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK)
@@ -222,7 +223,7 @@ def _pieces(path: Path, begin: int = 0, end: int | None = None) -> Iterator[_Pie
                 if _is_truncated(path, file):
                     return
                 reason = str(error) or "it ends within a record"
-                raise RecordingError(f"{path} is broken: {reason}") from error
+                raise RecordingError(f"{path} is broken: {reason}", hint=_RECOVER) from error
             if record is None:
                 return
             yield _Piece(begin, file.tell(), [it for it in records if it is not None], is_chunk)
