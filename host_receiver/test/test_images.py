@@ -17,6 +17,7 @@ from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
 from compressed_depth import FORMAT, compressed_depth, words
+from many_scans import with_scans
 from ml2_tools.images.image_topic import camera_namespace, image_topic
 from ml2_tools.images.pixels import encoding_of, grey_of, pixels_of
 from ml2_tools.images.rvl import decode_rvl
@@ -274,3 +275,52 @@ def test_the_image_topic_is_the_one_that_exists(
     names = {f"/p/{camera}/{it}" for it in existing}
     assert image_topic(camera, "/p", names.__contains__).name == f"{camera}/{expected}"
     assert camera_namespace(f"/p/{camera}/{expected}") == f"/p/{camera}"
+
+
+@pytest.mark.parametrize("format", ["jpeg", GREY, COLOUR])
+def test_scans_are_counted_before_they_are_decoded(
+    format: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr(cv2, "imdecode")
+    data = jpeg(picture(64, 64))
+    # Behind a comment that is said to hold them, a decoder that has lost its place finds them.
+    hidden = with_scans(data, 1)[:-2] + b"\xff\xfe\xff\xff" + b"\xff\xda\0\x02" * 40
+    for scans in (with_scans(data, 33), with_scans(data, 1000), hidden):
+        with pytest.raises(ValueError, match="at most 32 scans in a JPEG"):
+            pixels_of(Compressed(format, scans))
+
+
+def test_a_progressive_jpeg_has_few_enough_scans() -> None:
+    for pixels in (picture(480, 640), picture(480, 640, 3)):
+        data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_PROGRESSIVE, 1])[1].tobytes()
+        assert data.count(b"\xff\xda") > 4
+        assert compressed_size("jpeg", data) == pixels.shape[1::-1]
+
+
+def test_a_thumbnail_in_front_is_none_of_the_scans() -> None:
+    data = jpeg(picture(48, 64))
+    exif = b"\xff\xe1" + struct.pack(">H", 2 + 4 * 99) + b"\xff\xda\xff\xc0" * 99
+    assert compressed_size("jpeg", data[:2] + exif + data[2:]) == (64, 48)
+
+
+SEGMENT = st.tuples(st.integers(0, 255), st.integers(0, 65535), st.binary(max_size=20))
+
+
+@given(st.lists(SEGMENT, max_size=20), st.booleans())
+def test_any_segments_are_a_size_within_bounds_or_a_value_error(
+    segments: list[tuple[int, int, bytes]], is_honest: bool
+) -> None:
+    data = b"\xff\xd8" + b"".join(
+        struct.pack(">BBH", 0xFF, marker, len(body) + 2 if is_honest else length) + body
+        for marker, length, body in segments
+    )
+    with suppress(ValueError):
+        width, height = compressed_size("jpeg", data) or (0, 0)
+        assert 0 < width * height <= 4096 * 3072
+        assert data.count(b"\xff\xda") >= 1
+
+
+def test_many_segments_are_refused_in_no_time() -> None:
+    comments = b"\xff\xd8" + b"\xff\xfe\0\x02" * 4_000_000
+    with pytest.raises(ValueError, match="with a size"):
+        compressed_size("jpeg", comments)

@@ -13,7 +13,8 @@ LAYERS = {
     "ml2_receiver": (
         "printable", "json_text", "errors", "user_folder", "private_files", "stop_limit",
         "generated", "wire", "table", "configuration", "security", "processes",
-        "transport", "pairing", "session", "topics", "recording", "ros", "zenoh", "commands", "cli", "__main__",
+        "transport", "pairing", "session", "topics", "recording", "ros",
+        "zenoh", "commands", "cli", "__main__",
     ),
     "ml2_tools": (
         "errors", "geometry", "images", "bags", "live", "monitoring", "headset", "doctor", "export",
