@@ -42,6 +42,7 @@ _EXAMPLES = """examples:
   ml2-receiver play walk --start-offset 60 --start-paused
   ml2-receiver play walk --topics /tf world_left/image_raw world_left/camera_info
   ml2-receiver play walk --clock                        for nodes with use_sim_time
+  ml2-receiver play walk --headset robot2               one of several headsets
 
 keys, on a terminal: space pauses and resumes, the arrows left and right jump 5 s back and forward.
 
