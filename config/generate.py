@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes what others need of config/streams.yaml, of ROS 2, and of the version in the POM.
+"""Writes what others need of config/streams.yaml, ROS 2, tests, and the version in the POM.
 
 --check writes nothing and exits with 1 when a file is not what would be written.
 """
@@ -22,13 +22,14 @@ from message_definitions import message_definitions  # noqa: E402
 from ml2_receiver.errors import TableError  # noqa: E402
 from ml2_receiver.table.reader import load_table  # noqa: E402
 from sensor_table import with_sensor_table  # noqa: E402
+from tried_table import with_tried_table  # noqa: E402
 from type_hashes import type_hashes  # noqa: E402
 from unity_metas import unity_metas  # noqa: E402
 
 KOTLIN = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
 PYTHON = ROOT / "host_receiver/ml2_receiver"
 UNITY = ROOT / "unity_package"
-README = ROOT / "README.md"
+README, SECURITY = ROOT / "README.md", ROOT / "SECURITY.md"
 
 PYTHON_VERSION = """# Generated from pom.xml by config/generate.py.
 VERSION = "{}"
@@ -51,6 +52,9 @@ def outputs() -> Iterator[tuple[Path, str]]:
     yield UNITY / "Runtime/Messages/Generated/Messages.cs", csharp_messages(table)
     yield ROOT / "docs/configuration.md", configuration_page(table)
     yield README, with_sensor_table(README.read_text("utf-8"), table)
+    if SECURITY.exists():  # the tests of this script copy what the other tables need alone
+        security = SECURITY.read_text("utf-8")
+        yield SECURITY, with_tried_table(security, ROOT / "host_receiver/test")
 
     version = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")
     yield PYTHON / "generated/__init__.py", ""

@@ -42,7 +42,7 @@ def test_a_recording_is_its_owners_alone(tmp_path: Path) -> None:
     assert check_private(tmp_path / "bags") == 2
 
 
-def test_so_is_each_file_of_a_recording_that_is_split(tmp_path: Path) -> None:
+def test_each_file_of_a_split_recording_is_its_owners_alone(tmp_path: Path) -> None:
     writer = bag_scene.new_writer(tmp_path / "walk", BATTERIES, split_bytes=1)
     writer.write(BATTERIES, 1, bag_scene.battery(1))
     writer.flush()
@@ -50,7 +50,9 @@ def test_so_is_each_file_of_a_recording_that_is_split(tmp_path: Path) -> None:
     assert check_private(tmp_path / "walk") == 3
 
 
-def test_so_is_a_recording_that_runs_and_one_that_a_full_disk_has_ended(tmp_path: Path) -> None:
+def test_a_recording_that_runs_and_one_that_a_full_disk_has_ended_are_their_owners_alone(
+    tmp_path: Path,
+) -> None:
     writer = bag_scene.new_writer(tmp_path / "walk")
     assert check_private(tmp_path / "walk") == 2
     writer.abandon()
