@@ -26,6 +26,16 @@ def test_the_common_version_is_enough() -> None:
     scene.begin(hello(versions=(3, 1, 2)))
 
 
+def test_a_device_of_another_version_is_told_of_once_a_minute() -> None:
+    scene = Scene()
+    for _ in range(130):
+        scene.pass_time(1.0)
+        assert scene.error(scene.greet(hello(versions=(2, 3)))) == "version"
+    told = [event for event in scene.sink.events if "version" in event]
+    text = "address: version: this receiver speaks 1, not [2, 3]"
+    assert told == [text, f"{text}, 60 more times", text, f"{text}, 60 more times", text]
+
+
 def test_another_device_is_busy_and_the_first_goes_on() -> None:
     scene = started()
     assert scene.error(scene.greet(hello("b"))) == "busy"

@@ -16,6 +16,9 @@ from .settings import ReceiverSettings
 from .statistics import Instance
 from .streams import DesiredStreams
 
+# A peer of another version comes again and again; this often it is worth a line.
+_INCOMPATIBLE_S = 60.0
+
 
 class Host:
     """The connections of all peers, and the one session.
@@ -35,6 +38,8 @@ class Host:
         self._is_reported = False
         self._successor: tuple[Connection, Hello] | None = None
         self._busy = OncePerAddress(lambda text: self._act(Log(text, "refusal")))
+        self._incompatible = OncePerAddress(lambda text: self._act(Log(text, "refusal")))
+        self._said_since_s = 0.0
 
     def opened(self, connection: Connection) -> None:
         """Adds a connection; closes a pending one if there are too many."""
@@ -141,6 +146,8 @@ class Host:
             return
         if error.code == ErrorCode.BUSY and sends_error:
             self._busy.say(connection.host, str(error))
+        elif error.code == ErrorCode.VERSION:
+            self._incompatible.say(connection.host, str(error))
         else:
             self._log_refusal(connection, str(error))
         if sends_error:
@@ -172,6 +179,9 @@ class Host:
 
     def tick(self, now_s: float) -> None:
         """Checks the time-outs of the pending connections and of the session."""
+        if now_s - self._said_since_s > _INCOMPATIBLE_S:
+            self._incompatible.renew()
+            self._said_since_s = now_s
         handshake_s = self._settings.limits.handshake_s
         for pending in [it for it in self._pending if it.opened_s < now_s - handshake_s]:
             message = f"no HELLO or JOIN within {handshake_s} s"

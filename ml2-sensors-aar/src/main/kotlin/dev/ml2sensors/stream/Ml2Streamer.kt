@@ -29,6 +29,8 @@ import java.io.IOException
 import java.util.UUID
 import java.util.concurrent.atomic.AtomicBoolean
 import kotlin.time.Duration.Companion.seconds
+import kotlin.time.TimeMark
+import kotlin.time.TimeSource
 
 /**
  * Streams the sensors of [headset] that the receiver requests to [receiver], and reconnects whenever the connection is
@@ -133,10 +135,11 @@ public class Ml2Streamer(
         val backOff = BackOff()
         while (!stopReason.isCompleted) {
             backOff.begin()
+            var welcomed: TimeMark? = null
             try {
                 val address = unlessStopped(stopReason) { receiver.locate() } ?: break
                 Session(address, security, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
-                    backOff.succeeded()
+                    welcomed = TimeSource.Monotonic.markNow()
                     mutableState.value = StreamerState.Connected(name)
                 }
             } catch (e: CancellationException) {
@@ -146,6 +149,8 @@ public class Ml2Streamer(
                 val reason = if (e is IOException) e.message ?: name else "$name: ${e.message}"
                 mutableState.value = StreamerState.Connecting(reason)
                 active.runLocally(localDefaults)
+                // A receiver that breaks each session at once is no better than none
+                if (welcomed?.let { it.elapsedNow() > LASTING } == true) backOff.succeeded()
                 withTimeoutOrNull(backOff.pause()) { stopReason.await() }
             }
         }
@@ -164,6 +169,9 @@ public class Ml2Streamer(
 
     private companion object {
         val STOP_LIMIT = 8.seconds
+
+        /** How long a session has to last before the next one may follow as soon as if it were the first. */
+        val LASTING = 2.seconds
 
         /** For the end of what was cancelled; longer than streams take to stop. */
         val ABORT_LIMIT = 5.seconds

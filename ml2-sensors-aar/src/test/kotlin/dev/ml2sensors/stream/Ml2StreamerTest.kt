@@ -26,6 +26,7 @@ import kotlin.time.Duration.Companion.hours
 import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.Duration.Companion.minutes
 import kotlin.time.Duration.Companion.seconds
+import kotlin.time.TimeSource
 
 class Ml2StreamerTest {
     private val fixture = StreamFixture()
@@ -165,6 +166,20 @@ class Ml2StreamerTest {
         withTimeout(4.seconds) { fixture.streamer.stop() } // the handshake's patience is 5 s
         session.awaitEnd("control")
         assertEquals(StreamerState.Ended("stopped"), fixture.streamer.state.value)
+    }
+
+    /** Pauses of 50, 100, 200, 400 and 800 ms, then 1 s: eight sessions need 3.5 s. */
+    @Test
+    fun aReceiverThatBreaksEverySessionIsTriedLessAndLessOften() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val began = TimeSource.Monotonic.markNow()
+        repeat(8) {
+            val session = fixture.host.awaitHello()
+            session.welcome(fixture.host.received())
+            session.write(HostFrame.CONFIGURE, "[]")
+            session.awaitEnds()
+        }
+        assertTrue(began.elapsedNow() > 3.seconds, "took ${began.elapsedNow()}")
     }
 
     @Test
