@@ -98,7 +98,12 @@ def test_a_failure_to_accept_is_not_the_last_attempt(
 def test_the_receiver_goes_on_accepting(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     failures = fail_to_accept(monkeypatch, number)
     accepted: list[int] = []
-    acceptor = Acceptor(listen(("127.0.0.1", 0)), lambda *it: bool(accepted.append(it[2])), print)
+
+    def refuse(_: socket.socket, __: str, port: int) -> bool:
+        accepted.append(port)
+        return False
+
+    acceptor = Acceptor(listen(("127.0.0.1", 0)), refuse, print)
     acceptor.thread.start()
     try:
         await_true(lambda: len(failures) == 3)

@@ -12,6 +12,7 @@ from ..wire.messages import Link
 from .calibration import Calibration, load_calibration
 from .config_rules import Values, camera_problems, key_problems, read_values, without_modes
 from .parameter_file import MAX_BYTES, Parameter, expected_one_of, is_of_ros, read_parameters
+from .whole_file import read_file
 
 
 @dataclass(frozen=True)
@@ -85,9 +86,7 @@ def load_config(path: Path) -> Config:
         ConfigError: with everything that is wrong in it, in the order of its lines.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-        return parse_config(data, path.parent)
+        return parse_config(read_file(path, MAX_BYTES), path.parent)
     except OSError as error:
         problem = Problem(0, "", "", f"cannot be read: {error.strerror}")
         raise ConfigError([problem], str(path)) from error

@@ -12,8 +12,8 @@ from ..table.reader import load_table
 from ..user_folder import user_folder
 from .config import Config, load_config, parse_config
 from .config_rules import MODE_KEYS, Values, mode_of
-from .parameter_file import is_for_node, is_wildcard
-from .whole_file import replace_file
+from .parameter_file import MAX_BYTES, is_for_node, is_wildcard
+from .whole_file import read_file, replace_file
 
 _INDENT = {"mapping": 2, "sequence": 4, "offset": 2}
 _WIDE = 4096  # so that ruamel breaks no line of the user's
@@ -58,7 +58,7 @@ class ConfigFile:
         """
         path = self.path.resolve()
         try:
-            data = _packaged() if self.is_packaged else path.read_bytes()
+            data = _packaged() if self.is_packaged else read_file(path, MAX_BYTES)
             data = _edited(data, path.parent, config.values)
             if parse_config(data, path.parent).values != config.values:
                 raise _unwritable(self.path, "expected one place for each key")

@@ -19,8 +19,9 @@ from ml2_receiver.commands.options import Subparsers, add_file, add_name
 from ml2_receiver.commands.session_port import PORT
 from ml2_receiver.configuration.config import Config, load_config
 from ml2_receiver.configuration.config_file import ConfigFile
-from ml2_receiver.configuration.parameter_file import node_names
+from ml2_receiver.configuration.parameter_file import MAX_BYTES, node_names
 from ml2_receiver.configuration.settings import config_of
+from ml2_receiver.configuration.whole_file import read_file
 from ml2_receiver.errors import ConfigError, DiscoveryError, RosError
 from ml2_receiver.json_text import json_text
 from ml2_receiver.processes import is_listened_on, listener_of, receivers
@@ -137,9 +138,12 @@ def _diagnostics(receiver: str) -> Mapping[str, Values | str]:
 def _parameter_file(file: Path) -> Finding:
     try:
         load_config(file)
+        data = read_file(file, MAX_BYTES)
     except ConfigError as error:
         return findings.wrong_parameter_file(str(file), str(error))
-    return findings.parameter_file(str(file), node_names(file.read_bytes()))
+    except OSError as error:  # it has just changed
+        return findings.wrong_parameter_file(str(file), error.strerror or str(error))
+    return findings.parameter_file(str(file), node_names(data))
 
 
 def _announced() -> Sequence[FoundReceiver] | str:

@@ -8,6 +8,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from ml2_receiver.configuration.whole_file import open_file
 from ml2_receiver.errors import ReceiverError, file_hint
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.json_text import json_text
@@ -86,7 +87,7 @@ def text_of(file: Path) -> str:
 
 
 def _end(file: Path) -> bytes:
-    with file.open("rb") as stream:
+    with open_file(file) as stream:
         stream.seek(max(0, file.stat().st_size - _MOST_BYTES))
         if stream.tell():
             stream.readline()
