@@ -51,6 +51,14 @@ def test_the_files_are_those_that_the_metadata_name_once_each(tmp_path: Path) ->
     assert read(tmp_path) == (len(ROWS), ["b.mcap, which metadata.yaml does not name"])
 
 
+def test_files_in_folders_of_their_own_are_told_apart(tmp_path: Path) -> None:
+    half = len(ROWS) // 2
+    write(tmp_path / "one/a.mcap", ROWS[:half])
+    write(tmp_path / "other/a.mcap", ROWS[half:])
+    _metadata(tmp_path, ["one/a.mcap", "other/a.mcap"])
+    assert read(tmp_path) == (len(ROWS), [])
+
+
 @pytest.mark.parametrize(
     ("files", "mode", "said"),
     [

@@ -60,7 +60,7 @@ def _named(folder: Path) -> list[Path] | None:
         document = yaml.load(metadata.read_bytes(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
         information = document["rosbag2_bagfile_information"]
         named = information["relative_file_paths"]
-        files = [_unpacked(folder / Path(name).name) for name in named]
+        files = [_unpacked(_in_folder(folder, name)) for name in named]
         mode = str(information.get("compression_mode", "")).upper()
     except FileNotFoundError:
         return None
@@ -82,6 +82,12 @@ def _named(folder: Path) -> list[Path] | None:
                 hint="Bring it back, or remove metadata.yaml to read the other files.",
             )
     return list(dict.fromkeys(files)) or None
+
+
+def _in_folder(folder: Path, name: str) -> Path:
+    """Early versions of rosbag2 named files with the folder that they were in then."""
+    file = folder / name
+    return file if file.exists() else folder / file.name
 
 
 def _unpacked(file: Path) -> Path:
