@@ -3,14 +3,14 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.Test
 import java.util.concurrent.CountDownLatch
 import java.util.concurrent.LinkedBlockingQueue
 import java.util.concurrent.TimeUnit
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertTrue
-import kotlinx.coroutines.runBlocking
-import org.junit.jupiter.api.Test
 
 /** On a vendor's library whose calls do not return until the test says so. */
 class SensorThreadTest {

@@ -18,12 +18,6 @@ import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.Hello
 import dev.ml2sensors.wire.ProtocolException
-import java.io.IOException
-import java.util.concurrent.Callable
-import java.util.concurrent.Executors
-import kotlin.test.assertEquals
-import kotlin.test.assertIs
-import kotlin.time.Duration.Companion.milliseconds
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
@@ -44,6 +38,12 @@ import org.junit.jupiter.api.DynamicTest
 import org.junit.jupiter.api.DynamicTest.dynamicTest
 import org.junit.jupiter.api.TestFactory
 import org.junit.jupiter.api.TestInstance
+import java.io.IOException
+import java.util.concurrent.Callable
+import java.util.concurrent.Executors
+import kotlin.test.assertEquals
+import kotlin.test.assertIs
+import kotlin.time.Duration.Companion.milliseconds
 
 /**
  * Runs the device's side of tests/conformance/vectors/malformed. Several app instances share the vectors, and each

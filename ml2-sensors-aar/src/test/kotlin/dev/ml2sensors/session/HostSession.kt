@@ -2,6 +2,9 @@ package dev.ml2sensors.session
 
 import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.table.StreamTable
+import kotlinx.serialization.json.JsonObject
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
 import java.io.DataInputStream
 import java.io.IOException
 import java.net.Socket
@@ -13,9 +16,6 @@ import java.util.concurrent.CountDownLatch
 import java.util.concurrent.locks.ReentrantLock
 import kotlin.concurrent.thread
 import kotlin.concurrent.withLock
-import kotlinx.serialization.json.JsonObject
-import kotlinx.serialization.json.jsonObject
-import kotlinx.serialization.json.jsonPrimitive
 
 /** One session of a [ScriptedHost], from HELLO on. One thread reads each connection into the log of frames. */
 internal class HostSession(private val control: Socket, val hello: HostFrame, private val host: ScriptedHost) {

@@ -5,11 +5,6 @@ import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.Hello
-import java.io.Closeable
-import java.net.InetAddress
-import java.net.ServerSocket
-import kotlin.time.Duration
-import kotlin.time.Duration.Companion.seconds
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
@@ -19,6 +14,11 @@ import kotlinx.coroutines.cancel
 import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
+import java.io.Closeable
+import java.net.InetAddress
+import java.net.ServerSocket
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
 
 /** Sessions of [FakeStreams] with a [ScriptedHost]. */
 internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSocket = ServerSocket()) : Closeable {

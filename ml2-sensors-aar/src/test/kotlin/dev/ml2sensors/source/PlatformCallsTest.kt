@@ -1,6 +1,7 @@
 package dev.ml2sensors.source
 
 import dev.ml2sensors.TEST_LIMIT
+import org.junit.jupiter.api.Test
 import java.util.concurrent.CountDownLatch
 import java.util.concurrent.LinkedBlockingQueue
 import java.util.concurrent.TimeUnit
@@ -8,7 +9,6 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
-import org.junit.jupiter.api.Test
 
 class PlatformCallsTest {
     private val calls = PlatformCalls(limit = 50.milliseconds)

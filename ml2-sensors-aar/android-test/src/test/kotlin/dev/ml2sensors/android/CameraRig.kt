@@ -19,12 +19,6 @@ import android.util.Range
 import android.util.Size
 import android.view.Surface
 import dev.ml2sensors.TEST_LIMIT
-import java.lang.ref.WeakReference
-import java.util.concurrent.ConcurrentLinkedQueue
-import java.util.concurrent.CopyOnWriteArrayList
-import java.util.concurrent.CountDownLatch
-import java.util.concurrent.Executor
-import java.util.concurrent.atomic.AtomicBoolean
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.withTimeout
 import org.robolectric.Shadows.shadowOf
@@ -40,6 +34,12 @@ import org.robolectric.shadows.ShadowCaptureResult
 import org.robolectric.shadows.ShadowImageReader
 import org.robolectric.util.ReflectionHelpers
 import org.robolectric.util.ReflectionHelpers.ClassParameter
+import java.lang.ref.WeakReference
+import java.util.concurrent.ConcurrentLinkedQueue
+import java.util.concurrent.CopyOnWriteArrayList
+import java.util.concurrent.CountDownLatch
+import java.util.concurrent.Executor
+import java.util.concurrent.atomic.AtomicBoolean
 
 /** A size in which a camera delivers [format], how long a frame takes at least, and how long it holds up others. */
 internal class Mode(val format: Int, val size: Size, val minNanos: Long, val stallNanos: Long = 0)

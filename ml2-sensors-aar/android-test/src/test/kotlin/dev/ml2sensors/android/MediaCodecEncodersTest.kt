@@ -13,6 +13,12 @@ import dev.ml2sensors.source.VideoPacket
 import dev.ml2sensors.source.VideoSettings
 import dev.ml2sensors.source.hasParameterSets
 import dev.ml2sensors.source.isKeyFrame
+import org.junit.After
+import org.junit.Test
+import org.junit.runner.RunWith
+import org.robolectric.RobolectricTestRunner
+import org.robolectric.annotation.Config
+import org.robolectric.shadow.api.Shadow
 import java.nio.ByteBuffer
 import java.util.concurrent.LinkedBlockingQueue
 import java.util.concurrent.TimeUnit
@@ -23,12 +29,6 @@ import kotlin.test.assertFalse
 import kotlin.test.assertNotNull
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
-import org.junit.After
-import org.junit.Test
-import org.junit.runner.RunWith
-import org.robolectric.RobolectricTestRunner
-import org.robolectric.annotation.Config
-import org.robolectric.shadow.api.Shadow
 
 /** On Android 10's own MediaCodec, with openh264 below it. */
 @RunWith(RobolectricTestRunner::class)
@@ -172,7 +172,10 @@ class MediaCodecEncodersTest {
         assertFalse(hasThread())
     }
 
-    private fun packet() = assertNotNull(packets.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS), "a packet; failures: $failures")
+    private fun packet() = assertNotNull(
+        packets.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS),
+        "a packet; failures: $failures",
+    )
 
     /** Waits for room, as the library's streams do not. */
     private fun VideoEncoder.put(image: ImageSample, micros: Long, asKeyFrame: Boolean) {

@@ -9,11 +9,6 @@ import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.unity.UnityProbe.Companion.state
 import dev.ml2sensors.unity.UnityProbe.Companion.streams
 import dev.ml2sensors.unity.UnityProbe.Companion.text
-import kotlin.test.assertContentEquals
-import kotlin.test.assertEquals
-import kotlin.test.assertFailsWith
-import kotlin.test.assertFalse
-import kotlin.test.assertTrue
 import kotlinx.serialization.json.Json
 import kotlinx.serialization.json.jsonArray
 import kotlinx.serialization.json.jsonObject
@@ -25,6 +20,11 @@ import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
+import kotlin.test.assertContentEquals
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertFalse
+import kotlin.test.assertTrue
 
 /** What C# sees of a headset that has a battery and nothing else, and of a scripted receiver. */
 @RunWith(RobolectricTestRunner::class)

@@ -1,15 +1,15 @@
 package dev.ml2sensors.unity
 
 import dev.ml2sensors.TEST_LIMIT
-import java.io.Closeable
-import java.util.concurrent.LinkedBlockingQueue
-import java.util.concurrent.TimeUnit
-import kotlin.test.assertNotNull
 import kotlinx.serialization.json.Json
 import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
 import org.robolectric.RuntimeEnvironment
+import java.io.Closeable
+import java.util.concurrent.LinkedBlockingQueue
+import java.util.concurrent.TimeUnit
+import kotlin.test.assertNotNull
 
 /** Unity's side of [unity]. */
 internal class UnityProbe : Ml2UnityListener, Closeable {
@@ -25,7 +25,11 @@ internal class UnityProbe : Ml2UnityListener, Closeable {
     /** The first status that the listener is told of, since the last one awaited, that is so. */
     fun await(isSo: (JsonObject) -> Boolean): JsonObject {
         while (true) {
-            val change = assertNotNull(changes.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS), "found ${unity.status()}")
+            val change =
+                assertNotNull(
+                    changes.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS),
+                    "found ${unity.status()}",
+                )
             if (isSo(change)) return change
         }
     }
