@@ -56,17 +56,14 @@ int64_t CameraConnection::newestDelivered() const {
 void CameraConnection::start(CaptureTiming timing, bool isDrawn) {
     const int64_t newest = captureIndex(mlTimeNow(), timing.rate_hz);
     if (isDrawn && timing.rate_hz == timing_.rate_hz)
-        leaveOut(newest - lastIndex_);
+        leaveOutUntil(newest);
     timing_ = timing;
     lastIndex_ = newest;
 }
 
-void CameraConnection::leaveOutOverdue() { leaveOut(newestDelivered() - 1 - lastIndex_); }
-
 void CameraConnection::leaveOut(int64_t captures) {
     if (captures <= 0)
         return;
-    lastIndex_ += captures;
     leftOut_ += captures;
     countLeftOut(name_, captures);
 }
@@ -76,8 +73,50 @@ bool CameraConnection::isDropped(int64_t index) const {
     return every > 0 && frameNumber(index) % every == 0;
 }
 
-MLResult CameraConnection::awaitFrame(uint64_t timeout_ms, int64_t *index, bool (*delivers)()) {
+void CameraConnection::leaveOutUntil(int64_t index) {
+    leaveOut(index - lastIndex_);
+    lastIndex_ = std::max(lastIndex_, index);
+}
+
+/** Leaves out the captures between two that are not drawn. */
+void CameraConnection::leaveOutUndrawn(const CaptureFrames &frames, int64_t from, int64_t to) {
+    int64_t undrawn = 0;
+    for (int64_t index = from + 1; index < to; index++)
+        undrawn += FrameCache::areDrawn(frames(index)) ? 0 : 1;
+    leaveOut(undrawn);
+}
+
+/** Finds the newest capture that is drawn. What fell due until `missed` was there for the caller, who did not come. */
+bool CameraConnection::findDrawn(const CaptureFrames &frames, int64_t newest, int64_t missed) {
+    drawer_.begin(frames, timing_.rate_hz, timing_.delayNanos);
+    int64_t latest = newest;
+    while (latest > lastIndex_ && !FrameCache::areDrawn(frames(latest)))
+        latest--;
+    if (latest <= lastIndex_)
+        return false;
+    leaveOutUndrawn(frames, std::max(lastIndex_, missed), latest);
+    lastIndex_ = latest;
+    leftOutUntil_ = newest;
+    return !isDropped(latest);
+}
+
+/** Draws the newest capture, for a clock that stands still meanwhile. */
+bool CameraConnection::drawNewest(const CaptureFrames &frames, int64_t newest) {
+    int64_t latest = newest;
+    while (latest > lastIndex_ && isDropped(latest))
+        latest--;
+    if (latest <= lastIndex_)
+        return false;
+    lastIndex_ = leftOutUntil_ = latest;
+    if (FrameCache::draw(frames(latest)))
+        leftOutUntil_ = newestDelivered() - 1;
+    return true;
+}
+
+MLResult CameraConnection::awaitFrame(uint64_t timeout_ms, const CaptureFrames &frames, int64_t *index,
+                                      bool (*delivers)()) {
     const int64_t deadline = deadlineAfter(timeout_ms);
+    const int64_t missed = newestDelivered();
     while (true) {
         const uint64_t seen = wakeCount();
         if (isDisconnected())
@@ -86,16 +125,18 @@ MLResult CameraConnection::awaitFrame(uint64_t timeout_ms, int64_t *index, bool 
             return fault(kind_, Fault::Get) == 1 ? MLResult{MLResult_UnspecifiedFailure} : kDeadObject;
         const int64_t now = mlTimeNow();
         const int64_t newest = newestDelivered();
-        int64_t latest = newest;
-        while (latest > lastIndex_ && isDropped(latest))
-            latest--;
         const bool isStalled = hasFault(kind_, Fault::Stalled) || !delivers();
-        if (!isStalled && latest > lastIndex_) {
-            *index = lastIndex_ = latest;
+        if (!isStalled && (drawsAhead() ? findDrawn(frames, newest, missed) : drawNewest(frames, newest))) {
+            *index = lastIndex_;
             return MLResult_Ok;
         }
-        if (now >= deadline)
+        if (now >= deadline) {
+            if (!isStalled && drawsAhead()) {
+                leaveOutUndrawn(frames, std::max(lastIndex_, missed), newest + 1);
+                lastIndex_ = std::max(lastIndex_, newest);
+            }
             return MLResult_Timeout;
+        }
         const int64_t next = captureTime(std::max(newest, lastIndex_) + 1, timing_.rate_hz) + timing_.delayNanos;
         waitUntil(isStalled ? deadline : std::min(deadline, next), seen);
     }

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "clock.h"
+#include "drawer.h"
 #include "frame_lease.h"
 #include "ml_types.h"
 #include "settings.h"
@@ -34,19 +35,18 @@ class CameraConnection {
     void start(CaptureTiming timing, bool isDrawn = false);
 
     /**
-     * Waits at most timeout_ms for the next capture; index is its number. There are no captures while delivers returns
-     * false.
+     * Waits at most timeout_ms for the next capture whose frames are drawn; index is its number. There are no captures
+     * while delivers returns false. Captures that fall due meanwhile and are not drawn are left out.
      */
     MLResult awaitFrame(
-        uint64_t timeout_ms, int64_t *index, bool (*delivers)() = [] { return true; });
+        uint64_t timeout_ms, const CaptureFrames &frames, int64_t *index, bool (*delivers)() = [] { return true; });
+    /** Ends a get, when the frame numbers are written. */
+    void delivered() { leaveOutUntil(leftOutUntil_); }
 
     int64_t frameNumber(int64_t index) const { return index - leftOut_; }
 
-    /**
-     * Call it when the frames of the capture that awaitFrame returned had to be rendered. Leaves out the captures that
-     * fell due meanwhile, except the newest.
-     */
-    void leaveOutOverdue();
+    /** Leaves out the captures that fell due while a first frame was drawn, except the newest. */
+    void leaveOutOverdue() { leaveOutUntil(newestDelivered() - 1); }
 
     /** Checks that a get may begin. A second get before the release is a misuse. */
     MLResult beginGet();
@@ -68,6 +68,10 @@ class CameraConnection {
     bool isDropped(int64_t index) const;
     int64_t newestDelivered() const;
     void leaveOut(int64_t captures);
+    void leaveOutUntil(int64_t index);
+    void leaveOutUndrawn(const CaptureFrames &frames, int64_t from, int64_t to);
+    bool findDrawn(const CaptureFrames &frames, int64_t newest, int64_t missed);
+    bool drawNewest(const CaptureFrames &frames, int64_t newest);
 
     const CameraKind kind_;
     const char *const name_;
@@ -77,7 +81,9 @@ class CameraConnection {
     std::atomic<bool> isDisconnected_{false};
     CaptureTiming timing_{};
     int64_t lastIndex_ = 0;
-    int64_t leftOut_ = 0; ///< Since the camera was opened.
+    int64_t leftOut_ = 0;      ///< Since the camera was opened.
+    int64_t leftOutUntil_ = 0; ///< Captures up to this one are left out when the present one is delivered.
+    Drawer drawer_;
     const void *leasedTo_ = nullptr;
     FrameLease lease_;
 };

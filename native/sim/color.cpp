@@ -8,11 +8,13 @@
 
 #include "clock.h"
 #include "counters.h"
+#include "drawer.h"
 #include "frame_cache.h"
 #include "head_path.h"
 #include "jpeg.h"
 #include "lazy.h"
 #include "ml2sim.h"
+#include "render_plans.h"
 #include "scene/render.h"
 #include "settings.h"
 
@@ -71,10 +73,11 @@ RenderPlan renderPlan(const ml2sim_color_request &request) {
             headPath->frameCount(request.rate_hz), draw};
 }
 
-/** The camera in one mode: it leaves out captures that fall due while a frame is rendered, except the newest. */
+/** The camera in one mode. It leaves out captures that are not drawn when they fall due. */
 struct Mode {
     std::mutex mutex;
     int64_t leftOut = 0;
+    Drawer drawer;
 };
 
 Mode &modeOf(const ml2sim_color_request &request) {
@@ -82,6 +85,17 @@ Mode &modeOf(const ml2sim_color_request &request) {
     static std::map<std::array<uint32_t, 4>, Mode> modes;
     const std::lock_guard lock(mutex);
     return modes[{request.width, request.height, request.rate_hz, request.with_hologram}];
+}
+
+/** Returns the next capture that will be drawn when it falls due. */
+int64_t nextDrawn(Mode &mode, int64_t index, bool isLate, uint32_t rate_hz, const CaptureFrames &frames) {
+    if (!drawsAhead())
+        return isLate ? std::max(index + 1, captureIndex(mlTimeNow() - kDelayNanos, rate_hz)) : index + 1;
+    mode.drawer.begin(frames, rate_hz, kDelayNanos);
+    int64_t next = isLate ? std::max(index + 1, captureIndex(mlTimeNow() - kDelayNanos, rate_hz)) : index + 1;
+    while (next < mode.drawer.index() && !FrameCache::areDrawn(frames(next)))
+        next++;
+    return next;
 }
 
 void writeIntrinsics(const PlumbBob &lens, float out[12]) {
@@ -101,6 +115,9 @@ void writeIntrinsics(const PlumbBob &lens, float out[12]) {
 }
 
 } // namespace
+
+RenderPlan colorRenderPlan(const ml2sim_color_request &request) { return renderPlan(request); }
+
 } // namespace ml2sim
 
 using namespace ml2sim;
@@ -120,7 +137,10 @@ int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos
     const int64_t index = captureIndex(mlTimeOfBoottime(boottime_nanos) - kDelayNanos, rate_hz);
     const size_t shown = headPath->frameIndex(index, rate_hz);
     const std::lock_guard lock(mode.mutex);
-    const bool isDrawn = FrameCache::draw({{cache.get(), shown}});
+    const std::vector<FrameCache::Place> place{{cache.get(), shown}};
+    const bool isLate = !FrameCache::areDrawn(place);
+    mode.drawer.await(index);
+    FrameCache::draw(place);
     const uint8_t *frame = cache->frame(shown);
     *out = {};
     std::memcpy(&out->jpeg_bytes, frame, sizeof out->jpeg_bytes);
@@ -128,12 +148,11 @@ int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos
     out->frame_number = index - mode.leftOut;
     out->capture_mltime = captureTime(index, rate_hz);
     out->exposure_nanos = kExposureNanos;
-    int64_t next = index + 1;
-    if (isDrawn) {
-        next = std::max(next, captureIndex(mlTimeNow() - kDelayNanos, rate_hz));
-        countLeftOut(request->with_hologram != 0 ? "mixed reality" : "colour", next - index - 1);
-        mode.leftOut += next - index - 1;
-    }
+    const int64_t next = nextDrawn(mode, index, isLate, rate_hz, [&](int64_t capture) {
+        return std::vector<FrameCache::Place>{{cache.get(), headPath->frameIndex(capture, rate_hz)}};
+    });
+    countLeftOut(request->with_hologram != 0 ? "mixed reality" : "colour", next - index - 1);
+    mode.leftOut += next - index - 1;
     out->next_boottime = boottimeOfMlTime(captureTime(next, rate_hz) + kDelayNanos);
     writeIntrinsics(colorLens(request->width, request->height), out->intrinsics);
     return 0;

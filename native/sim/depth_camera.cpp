@@ -108,6 +108,10 @@ void beginFilm() {
     HeadPath::current()->start();
 }
 
+std::vector<FrameCache::Place> framesOf(int64_t index) {
+    return {{cache.get(), HeadPath::current()->frameIndex(index, choice.delivered_hz)}};
+}
+
 void lend(int64_t index, MLDepthCameraData *data) {
     const size_t perPlane = FrameLease::rounded(sizeof(MLDepthCameraFrameBuffer)) + FrameLease::rounded(planeBytes());
     auto &lease = connection.lease(data, FrameLease::rounded(2 * sizeof(MLDepthCameraFrame)) + kPlaneCount * perPlane);
@@ -190,12 +194,10 @@ MLResult MLDepthCameraGetLatestDepthData(MLHandle camera, uint64_t timeout_ms, M
         return result;
     beginFilm();
     int64_t index = 0;
-    if (const auto result = connection.awaitFrame(timeout_ms, &index))
+    if (const auto result = connection.awaitFrame(timeout_ms, framesOf, &index))
         return result;
-    const bool isDrawn = FrameCache::draw({{cache.get(), HeadPath::current()->frameIndex(index, choice.delivered_hz)}});
     lend(index, inout_data);
-    if (isDrawn)
-        connection.leaveOutOverdue();
+    connection.delivered();
     return MLResult_Ok;
 }
 

@@ -73,12 +73,11 @@ void apply(const MLEyeCameraSettings &settings) {
     connection.start(kTiming);
 }
 
-/** Renders the frames of a capture. Returns false if that was done before. */
-bool draw(int64_t index) {
+std::vector<FrameCache::Place> framesOf(int64_t index) {
     std::vector<FrameCache::Place> frames;
     for (const auto &view : views)
         frames.push_back({view.cache.get(), HeadPath::current()->frameIndex(index, kTiming.rate_hz)});
-    return FrameCache::draw(frames);
+    return frames;
 }
 
 MLEyeCameraFrame frameOf(const View &view, int64_t index, OddFrame odd, FrameLease &lease) {
@@ -161,12 +160,10 @@ MLResult MLEyeCameraGetLatestCameraData(MLHandle cameras, uint64_t timeout_ms, M
     if (const auto result = connection.beginGet())
         return result;
     int64_t index = 0;
-    if (const auto result = connection.awaitFrame(timeout_ms, &index))
+    if (const auto result = connection.awaitFrame(timeout_ms, framesOf, &index))
         return result;
-    const bool isDrawn = draw(index);
     lend(index, inout_data);
-    if (isDrawn)
-        connection.leaveOutOverdue();
+    connection.delivered();
     return MLResult_Ok;
 }
 

@@ -53,7 +53,8 @@ std::unique_ptr<FrameFile> openShared(const RenderPlan &plan, const std::string 
 
 std::shared_ptr<FrameCache> FrameCache::of(const RenderPlan &plan) {
     static std::mutex mutex;
-    static std::map<std::string, std::shared_ptr<FrameCache>> caches;
+    // Never destroyed: frames may be drawn while the process ends.
+    static auto &caches = *new std::map<std::string, std::shared_ptr<FrameCache>>;
     const auto folder = text(Key::Cache);
     auto known = plan;
     known.inputs += " renderer=" + std::to_string(kRendererVersion) + " count=" + std::to_string(plan.count);
@@ -74,6 +75,11 @@ const uint8_t *FrameCache::find(size_t index) const {
         return frame;
     const FrameFile *own = own_;
     return own != nullptr ? own->find(index) : nullptr;
+}
+
+bool FrameCache::areDrawn(const std::vector<Place> &places) {
+    return std::all_of(places.begin(), places.end(),
+                       [](const Place &place) { return place.cache->find(place.index) != nullptr; });
 }
 
 bool FrameCache::draw(const std::vector<Place> &places) {

@@ -30,7 +30,7 @@ struct RenderPlan {
  */
 class FrameCache {
   public:
-    /** Returns the cache of a plan. */
+    /** Returns the cache of a plan, which lives as long as the process. */
     static std::shared_ptr<FrameCache> of(const RenderPlan &plan);
 
     /** Use of() instead. `folder` is empty for frames in memory. */
@@ -41,9 +41,11 @@ class FrameCache {
 
     /** A frame of a cache. */
     struct Place {
-        FrameCache *cache;
+        FrameCache *cache; ///< Of of(), which live as long as the process.
         size_t index;
     };
+
+    static bool areDrawn(const std::vector<Place> &places);
 
     /**
      * Renders frames, at most two at a time, by threads of a lower priority: so what streams beside is not late.

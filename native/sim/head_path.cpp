@@ -96,7 +96,8 @@ Motion HeadPath::atFrame(size_t index, uint32_t rate_hz) const {
 
 std::shared_ptr<const Scene> HeadPath::scene() {
     static std::mutex building;
-    static std::shared_ptr<const Scene> scene;
+    // Never destroyed: frames may be drawn while the process ends.
+    static auto &scene = *new std::shared_ptr<const Scene>;
     static uint64_t builtSeed;
     const std::lock_guard lock(building);
     if (!scene || builtSeed != seed())

@@ -3,6 +3,7 @@
 
 #include "depth_modes.h"
 #include "frame_cache.h"
+#include "ml2sim.h"
 #include "ml_world_camera.h"
 #include "scene/render.h"
 
@@ -14,5 +15,8 @@ RenderPlan worldRenderPlan(MLWorldCameraIdentifier camera, MLWorldCameraFrameTyp
 RenderPlan depthRenderPlan(const DepthChoice &choice);
 
 RenderPlan eyeRenderPlan(EyeCamera camera);
+
+/** A frame has the size of its JPEG in four bytes, then the JPEG. */
+RenderPlan colorRenderPlan(const ml2sim_color_request &request);
 
 } // namespace ml2sim

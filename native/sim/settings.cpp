@@ -118,7 +118,7 @@ double fault(CameraKind camera, Fault what) { return keys().number(faultIndex(ca
 std::string text(Key key) { return keys().text(static_cast<size_t>(key)); }
 
 KeyTable &keys() {
-    static KeyTable it(allRows());
+    static KeyTable &it = *new KeyTable(allRows()); // never destroyed: frames may be drawn while the process ends
     return it;
 }
 

@@ -54,7 +54,8 @@ FisheyeTangential lensOfKeys() { return worldLens(number(Key::Tangential), numbe
 /** Returns the rays of the world cameras, which have equal lenses. The first call for a lens computes them. */
 std::shared_ptr<const RayTable> raysOf(double tangential) {
     static std::mutex computing;
-    static std::shared_ptr<const RayTable> rays;
+    // Never destroyed: frames may be drawn while the process ends.
+    static auto &rays = *new std::shared_ptr<const RayTable>;
     static double ofTangential;
     const std::lock_guard lock(computing);
     if (!rays || ofTangential != tangential)
@@ -121,13 +122,12 @@ bool anyLive() {
     return any;
 }
 
-/** Renders the frames of a capture. Returns false if that was done before. */
-bool draw(int64_t index) {
+std::vector<FrameCache::Place> framesOf(int64_t index) {
     std::vector<FrameCache::Place> frames;
     for (const auto &view : views)
         if (isLive(view))
             frames.push_back({view.cache.get(), HeadPath::current()->frameIndex(index, kTiming.rate_hz)});
-    return FrameCache::draw(frames);
+    return frames;
 }
 
 MLWorldCameraIntrinsics intrinsics() {
@@ -244,12 +244,10 @@ MLResult MLWorldCameraGetLatestWorldCameraData(MLHandle cameras, uint64_t timeou
     if (const auto result = connection.beginGet())
         return result;
     int64_t index = 0;
-    if (const auto result = connection.awaitFrame(timeout_ms, &index, anyLive))
+    if (const auto result = connection.awaitFrame(timeout_ms, framesOf, &index, anyLive))
         return result;
-    const bool isDrawn = draw(index);
     lend(index, *inout_data);
-    if (isDrawn)
-        connection.leaveOutOverdue();
+    connection.delivered();
     return MLResult_Ok;
 }
 

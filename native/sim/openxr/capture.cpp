@@ -1,7 +1,6 @@
 // The data of a running stream: buffer sizes, waiting, and filling the caller's buffer.
 #include <algorithm>
 #include <cstring>
-#include <utility>
 
 #include "../clock.h"
 #include "entry_points.h"
@@ -171,31 +170,23 @@ class Fetching {
     XrPixelSensorML handle_;
 };
 
-/** Waits for the first capture after `last`, and renders it. Returns nothing after the deadline. */
+/** Waits for the newest capture after `last` that is drawn. Returns nothing after the deadline. */
 std::optional<int64_t> await(std::unique_lock<std::mutex> &lock, XrPixelSensorML handle, uint32_t index, XrTime last,
                              int64_t deadline) {
-    std::pair<std::shared_ptr<Pictures>, int64_t> drawn;
     for (;;) {
         const uint64_t seen = wakeCount();
         auto &sensor = find<PixelSensor>(handle, "pixel sensor");
         const auto pictures = runningStream(sensor, index, "data").pictures;
-        if (drawn.first == pictures)
-            return drawn.second;
         const int64_t now = mlTimeNow();
-        const int64_t newest = pictures->newestAt(now);
         const bool isStalled = sensor.isSubjectTo("fault.sensor.stalled");
-        if (!isStalled && newest >= sensor.streams[index].firstIndex && pictures->captureTimeOf(newest) > last) {
-            // Without the lock, as other sensors go on meanwhile.
-            lock.unlock();
-            pictures->draw(newest);
-            drawn = {pictures, newest};
-            lock.lock();
-            continue;
-        }
+        if (!isStalled)
+            if (const auto found = pictures->newestDrawn(sensor.streams[index].firstIndex, last, now))
+                return found;
         if (now >= deadline)
             return {};
         lock.unlock();
-        waitUntil(isStalled ? deadline : std::min(deadline, pictures->deliveryTimeOf(newest + 1)), seen);
+        waitUntil(isStalled ? deadline : std::min(deadline, pictures->deliveryTimeOf(pictures->newestAt(now) + 1)),
+                  seen);
         lock.lock();
     }
 }

@@ -1,6 +1,7 @@
 #include "pictures.h"
 
 #include <algorithm>
+#include <cstring>
 #include <vector>
 
 #include "../clock.h"
@@ -18,20 +19,15 @@ namespace {
 class GreyPictures : public Pictures {
   public:
     GreyPictures(const RenderPlan &plan, const Mode &mode, int64_t exposureNanos)
-        : Pictures(mode.rate_hz, 9000000, exposureNanos), cache_(FrameCache::of(plan)),
-          width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {
-        FrameCache::draw({{cache_.get(), 0}});
-    }
-
-    void draw(int64_t index) override { Pictures::draw(*cache_, index); }
+        : Pictures(plan, mode.rate_hz, 9000000, exposureNanos), width_(static_cast<uint32_t>(mode.size.width)),
+          height_(static_cast<uint32_t>(mode.size.height)) {}
 
     Plane plane(XrPixelSensorFrameTypeML, int64_t index) override {
-        return {cache_->frame(frameIndex(index)), width_, height_, 1, width_ * height_};
+        return {frame(index), width_, height_, 1, width_ * height_};
     }
     uint32_t mostBytes(XrPixelSensorFrameTypeML) const override { return width_ * height_; }
 
   private:
-    std::shared_ptr<FrameCache> cache_;
     uint32_t width_, height_;
 };
 
@@ -44,16 +40,13 @@ uint32_t translate(uint32_t flags) {
 class DepthPictures : public Pictures {
   public:
     DepthPictures(uint32_t stream, const Mode &mode)
-        : Pictures(choice(stream, mode).delivered_hz, 7000000, stream == 0 ? 1600000 : 375000),
-          cache_(FrameCache::of(depthRenderPlan(choice(stream, mode)))), pixels_(mode.size.width * mode.size.height),
-          width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {
-        FrameCache::draw({{cache_.get(), 0}});
-    }
-
-    void draw(int64_t index) override { Pictures::draw(*cache_, index); }
+        : Pictures(depthRenderPlan(choice(stream, mode)), choice(stream, mode).delivered_hz, 7000000,
+                   stream == 0 ? 1600000 : 375000),
+          pixels_(mode.size.width * mode.size.height), width_(static_cast<uint32_t>(mode.size.width)),
+          height_(static_cast<uint32_t>(mode.size.height)) {}
 
     Plane plane(XrPixelSensorFrameTypeML type, int64_t index) override {
-        const uint8_t *planes = cache_->frame(frameIndex(index));
+        const uint8_t *planes = frame(index);
         const uint8_t *data = type == XR_PIXEL_SENSOR_DEPTH_CONFIDENCE_ML ? planes + bytes()
                               : type == XR_PIXEL_SENSOR_DEPTH_FLAGS_ML    ? translated(planes + 2 * bytes())
                                                                           : planes;
@@ -79,7 +72,6 @@ class DepthPictures : public Pictures {
         return reinterpret_cast<const uint8_t *>(pixels_.data());
     }
 
-    std::shared_ptr<FrameCache> cache_;
     std::vector<uint32_t> pixels_;
     uint32_t width_, height_;
 };
@@ -87,22 +79,23 @@ class DepthPictures : public Pictures {
 class ColorPictures : public Pictures {
   public:
     ColorPictures(const Mode &mode, bool isMixed)
-        : Pictures(mode.rate_hz, 15000000, 8000000), request_{static_cast<uint32_t>(mode.size.width),
-                                                              static_cast<uint32_t>(mode.size.height), mode.rate_hz,
-                                                              isMixed} {}
-
-    void draw(int64_t index) override { plane(XR_PIXEL_SENSOR_JPEG_ML, index); }
+        : Pictures(colorRenderPlan(request(mode, isMixed)), mode.rate_hz, 15000000, 8000000),
+          width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {}
 
     Plane plane(XrPixelSensorFrameTypeML, int64_t index) override {
-        constexpr int64_t kSurely = 1000;
-        ml2sim_color_frame frame;
-        ml2sim_color(&request_, boottimeOfMlTime(deliveryTimeOf(index) + kSurely), &frame);
-        return {frame.jpeg, request_.width, request_.height, 0, frame.jpeg_bytes};
+        const uint8_t *jpeg = frame(index);
+        uint32_t bytes;
+        std::memcpy(&bytes, jpeg, sizeof bytes);
+        return {jpeg + sizeof bytes, width_, height_, 0, bytes};
     }
-    uint32_t mostBytes(XrPixelSensorFrameTypeML) const override { return request_.width * request_.height * 3 / 2; }
+    uint32_t mostBytes(XrPixelSensorFrameTypeML) const override { return width_ * height_ * 3 / 2; }
 
   private:
-    const ml2sim_color_request request_;
+    static ml2sim_color_request request(const Mode &mode, bool isMixed) {
+        return {static_cast<uint32_t>(mode.size.width), static_cast<uint32_t>(mode.size.height), mode.rate_hz, isMixed};
+    }
+
+    uint32_t width_, height_;
 };
 
 RenderPlan greyFilm(CameraId camera, uint32_t stream) {
@@ -154,11 +147,40 @@ int64_t Pictures::deliveryTimeOf(int64_t index) const { return captureTimeOf(ind
 
 int64_t Pictures::newestAt(int64_t mltime) const { return captureIndex(mltime - delayNanos_, rate_hz_); }
 
-size_t Pictures::frameIndex(int64_t index) const { return HeadPath::current()->frameIndex(index, rate_hz_); }
+Pictures::Pictures(const RenderPlan &plan, uint32_t rate_hz, int64_t delayNanos, int64_t exposureNanos)
+    : cache_(FrameCache::of(plan)), rate_hz_(rate_hz), delayNanos_(delayNanos), exposureNanos_(exposureNanos) {
+    FrameCache::draw({{cache_.get(), 0}});
+}
 
-void Pictures::draw(FrameCache &cache, int64_t index) const {
-    if (FrameCache::draw({{&cache, frameIndex(index)}}))
-        countLeftOut("OpenXR", newestAt(mlTimeNow()) - 1 - index);
+std::vector<FrameCache::Place> Pictures::framesOf(int64_t index) const {
+    return {{cache_.get(), HeadPath::current()->frameIndex(index, rate_hz_)}};
+}
+
+const uint8_t *Pictures::frame(int64_t index) {
+    return cache_->frame(HeadPath::current()->frameIndex(index, rate_hz_));
+}
+
+std::optional<int64_t> Pictures::newestDrawn(int64_t first, int64_t last, int64_t now) {
+    const int64_t newest = newestAt(now);
+    first = std::max(first, captureIndex(last, rate_hz_) + 1);
+    if (newest < first)
+        return {};
+    int64_t index = newest;
+    if (drawsAhead()) {
+        const auto frames = [this](int64_t capture) { return framesOf(capture); };
+        drawer_.begin(frames, rate_hz_, delayNanos_);
+        while (index >= first && !FrameCache::areDrawn(framesOf(index)))
+            index--;
+        if (index < first)
+            return {};
+        int64_t undrawn = 0;
+        for (int64_t between = last_ < 0 ? index : last_ + 1; between < index; between++)
+            undrawn += FrameCache::areDrawn(framesOf(between)) ? 0 : 1;
+        countLeftOut("OpenXR", undrawn);
+    } else {
+        FrameCache::draw(framesOf(index));
+    }
+    return last_ = index;
 }
 
 void writeIntrinsics(XrPixelSensorFisheyeIntrinsicsML *out) {

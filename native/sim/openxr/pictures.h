@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
+#include <vector>
 
-#include "../frame_cache.h"
+#include "../drawer.h"
 #include "sensor_models.h"
 
 namespace ml2sim::xr {
@@ -26,10 +28,10 @@ class Pictures {
     virtual ~Pictures() = default;
 
     /**
-     * Renders the planes of capture number index, unless that was done before. Captures that fall due meanwhile are
-     * left out, except the newest. Thread-safe.
+     * Returns the newest capture from number `first` on, and after MLTime `last`, that is delivered at `now` and drawn.
+     * Begins to draw one that is to come. Captures that are not drawn when they fall due are left out.
      */
-    virtual void draw(int64_t index) = 0;
+    std::optional<int64_t> newestDrawn(int64_t first, int64_t last, int64_t now);
 
     /** Returns the image, confidence or flags of capture number index, which is drawn, read-only and valid until the
      * process ends. */
@@ -45,15 +47,18 @@ class Pictures {
     int64_t exposureNanos() const { return exposureNanos_; }
 
   protected:
-    Pictures(uint32_t rate_hz, int64_t delayNanos, int64_t exposureNanos)
-        : rate_hz_(rate_hz), delayNanos_(delayNanos), exposureNanos_(exposureNanos) {}
-    size_t frameIndex(int64_t index) const;
-    /** Renders a frame for capture number index. */
-    void draw(FrameCache &cache, int64_t index) const;
+    Pictures(const RenderPlan &plan, uint32_t rate_hz, int64_t delayNanos, int64_t exposureNanos);
+    const uint8_t *frame(int64_t index);
 
+  private:
+    std::vector<FrameCache::Place> framesOf(int64_t index) const;
+
+    const std::shared_ptr<FrameCache> cache_;
     const uint32_t rate_hz_;
     const int64_t delayNanos_;
     const int64_t exposureNanos_;
+    Drawer drawer_;
+    int64_t last_ = -1; ///< The last capture that newestDrawn returned.
 };
 
 /** Write the intrinsics of the lens. The eye cameras have none. */

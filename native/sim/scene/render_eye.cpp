@@ -89,7 +89,7 @@ struct Still {
 };
 
 const Still &still() {
-    static const Still it;
+    static const Still &it = *new Still; // never destroyed: a thread may draw while the process ends
     return it;
 }
 

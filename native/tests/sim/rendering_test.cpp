@@ -6,6 +6,7 @@
 #include <regex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "cameras_fixture.h"
@@ -75,6 +76,34 @@ TYPED_TEST(Rendering, CapturesThatFallDueMeanwhileHaveNoNumberAndAreCounted) {
     const auto missed = this->getMany();
     EXPECT_GT(missed.unnumbered, 0);
     EXPECT_EQ(missed.counted, missed.unnumbered);
+}
+
+TYPED_TEST(Rendering, ByARealClockEachCaptureIsDeliveredOrHasANumberOrIsCounted) {
+    set("clock", "real");
+    set("seed", "3407");
+    ASSERT_EQ(this->connect(), MLResult_Ok);
+    const auto next = [this] {
+        MLResult result = MLResult_Timeout;
+        while (result == MLResult_Timeout)
+            result = this->get(50);
+        EXPECT_EQ(result, MLResult_Ok);
+        const std::pair capture(this->frameNumber(), TypeParam::timestamp(this->data));
+        EXPECT_EQ(this->release(), MLResult_Ok);
+        return capture;
+    };
+    const auto first = next();
+    // A get counts those before its capture, and those that fell due until it returned.
+    const auto counted = int64_t(ml2sim_captures_left_out());
+    auto last = first;
+    int64_t most = counted;
+    for (int n = 0; n < 15; n++) {
+        last = next();
+        most = int64_t(ml2sim_captures_left_out());
+    }
+    const auto unnumbered = capturesBetween(first.second, last.second) - (last.first - first.first - 1);
+    EXPECT_GE(unnumbered, 0);
+    EXPECT_LE(unnumbered, most);
+    EXPECT_GE(ml2sim_now_mltime() - last.second, 5 * kMillisecond) << "not before it is read out";
 }
 
 class WorldRendering : public Cameras<WorldPort> {
