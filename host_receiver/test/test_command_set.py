@@ -3,11 +3,13 @@
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 import bag_scene
 from ml2_receiver.cli import main
+from ml2_receiver.configuration.config import load_config
 from mock_device import MockDevice
 from refusals import refusal
 from repeated import repeated
@@ -77,6 +79,17 @@ def test_services_are_called(device: MockDevice, command: Command) -> None:
     code, lines, _ = command("call", "stop")
     assert (code, lines) == (0, ["streams are stopped until ~/start"])
     assert device.reconfigure().streams == {}
+
+
+def test_keys_are_saved_by_name(client: Client, command: Command, config: Path) -> None:
+    assert client.ask("set_atomically", {"tf.layout": "rig", "gaze.enabled": True})[0]
+    code, _, said = command("call", "save_config")
+    assert (code, "not as in the file are gaze.enabled, tf.layout" in said) == (2, True)
+    assert command("call", "save_config", "tf.layout") == (0, [f"written to {config}"], "")
+    assert load_config(config).values["tf.layout"] == "rig"
+    assert not load_config(config).values["gaze.enabled"]
+    code, _, said = command("call", "stop", "tf.layout")
+    assert (code, "stop takes no keys" in said) == (2, True)
 
 
 def test_messages_are_printed_with_the_first_elements_of_long_arrays(device: MockDevice) -> None:
