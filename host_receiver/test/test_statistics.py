@@ -151,6 +151,6 @@ def test_times_of_a_malicious_device_are_only_numbers() -> None:
 
 
 def test_instances_are_equal_when_they_are_the_same_run() -> None:
-    assert Instance("a", "1", {"x": TopicStatistics()}) == Instance("a", "1")
+    assert Instance("a", "1", topics={"x": TopicStatistics()}) == Instance("a", "1")
     assert Instance("a", "1") != Instance("a", "2")
     assert Instance("a", "1") != Instance("b", "1")
