@@ -7,11 +7,13 @@ import pytest
 
 import bag_scene
 from fake_sink import FakeSink
-from ml2_receiver.errors import ProtocolError
+from ml2_receiver.errors import ProtocolError, PublishError
+from ml2_receiver.session.sink import Publish
+from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.messages import Welcome
 from ml2_tools.errors import PlaybackError
 from ml2_tools.playback.timeline import Timeline
-from playback_scene import CUSTOM, receiving, to
+from playback_scene import CUSTOM, play, receiving, to
 from refusals import refusal
 
 LATE_S = 9_300_000_000  # 2^63 ns are 9.22e9 s
@@ -40,6 +42,22 @@ def test_a_time_that_the_wire_does_not_have_is_said(tmp_path: Path) -> None:
     with receiving(FakeSink(), {"custom": {}}) as server:
         said = refusal("play", bag, *to(server), "--start-offset", str(LATE_S))
     assert f"expected times before the year 2262, found {LATE_S}000000000 ns" in said
+
+
+def test_the_words_of_a_receiver_move_no_cursor(
+    bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Refusing(FakeSink):
+        def open(self, topic: Topic) -> Publish:
+            if topic.name == "battery":
+                raise PublishError("no \x1b]52;c;aGk=\x07")
+            return super().open(topic)
+
+    with receiving(Refusing()) as server:
+        assert play(bag, server) == 1
+    said = capsys.readouterr().err
+    assert "battery is refused: no " in said
+    assert "\x1b" not in said
 
 
 @pytest.mark.parametrize("at_ns", [1 << 61, (1 << 64) - 1])

@@ -16,6 +16,7 @@ from ml2_receiver.commands.receiving import address
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.session_port import PORT, add_keys
 from ml2_receiver.commands.stopping import stop_signal
+from ml2_receiver.printable import printable
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.table.reader import load_table
 
@@ -192,7 +193,7 @@ def _progress(player: Player, timeline: Timeline) -> str:
 
 
 def _log_line(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
+    print(printable(text), file=sys.stderr, flush=True)
 
 
 def _offset(text: str) -> float:
