@@ -131,3 +131,38 @@ def test_a_command_ends_whatever_hangs(
         began_s = time.monotonic()
         assert child.end(number) in (0, 2)
         assert time.monotonic() - began_s < STOP_S + GRACE_S
+
+
+# The limit of the first stop passes while the command works on.
+WORKING_ON = """
+import argparse, sys, time
+from ml2_receiver import cli, stop_limit
+from ml2_receiver.commands.stopping import go_on, stop_signal
+
+def work(_):
+    stopping = stop_signal()
+    print("waits", flush=True)
+    stopping.wait()
+    go_on()
+    time.sleep(1)
+    print("works on", flush=True)
+    time.sleep(1000)
+
+stop_limit.STOP_S = 0.5
+parser = argparse.ArgumentParser()
+parser.parse_args = lambda _: argparse.Namespace(run=work)
+cli.command_line = lambda _: parser
+sys.exit(cli.main([]))
+"""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, -15)])
+def test_a_command_that_works_on_after_its_stop_is_ended_by_the_next_signal(
+    number: signal.Signals, code: int
+) -> None:
+    with Child("-c", WORKING_ON) as child:
+        assert child.line() == "waits"
+        child.process.send_signal(signal.SIGINT)
+        assert child.line() == "works on"
+        assert child.end(number) == code
+    assert child.errors == []

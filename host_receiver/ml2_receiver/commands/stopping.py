@@ -35,6 +35,17 @@ def stop_signal() -> threading.Event:
     return stopping
 
 
+def go_on() -> None:
+    """Lets a command work on after its stop: the next signal ends it at once; for the main thread.
+
+    The event of stop_signal() stays set.
+    """
+    signal.set_wakeup_fd(-1)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    STOP_LIMIT.reached()
+
+
 def _hear(heard: int, stopping: threading.Event) -> None:
     while True:
         if os.read(heard, 1)[0] in _SIGNALS:

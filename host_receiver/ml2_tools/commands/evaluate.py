@@ -12,7 +12,7 @@ from rich.table import Table
 
 from ml2_receiver.commands.options import Subparsers
 from ml2_receiver.commands.ros_start import ros_needed
-from ml2_receiver.commands.stopping import stop_signal
+from ml2_receiver.commands.stopping import go_on, stop_signal
 
 from ..errors import EvaluationError
 from ..export.kalibr import CAMERAS
@@ -128,6 +128,7 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
                 stop_signal(),
                 lambda images: status.update(f"{images} images"),
             )
+        go_on()
         return evaluate(sequence, options.camera, truth, _show_progress)
 
 
