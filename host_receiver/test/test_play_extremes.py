@@ -47,14 +47,14 @@ def test_a_time_that_the_wire_does_not_have_is_said(tmp_path: Path) -> None:
 def test_the_words_of_a_receiver_move_no_cursor(
     bag: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    class Hostile(PublishError):
+    class HostileError(PublishError):
         def __str__(self) -> str:  # which else is cleaned by the receiver
             return "no \x1b]52;c;aGk=\x07"
 
     class Refusing(FakeSink):
         def open(self, topic: Topic) -> Publish:
             if topic.name == "battery":
-                raise Hostile("no")
+                raise HostileError("no")
             return super().open(topic)
 
     with receiving(Refusing()) as server:
