@@ -24,6 +24,8 @@ namespace {
 /** The delay of readout, transfer and encoding. */
 constexpr int64_t kDelayNanos = 15000000;
 constexpr int64_t kExposureNanos = 8000000;
+constexpr int64_t kMostLateNanos = 200000000;
+constexpr int kMostSkipped = 20;
 
 struct Size {
     uint32_t width, height;
@@ -87,6 +89,27 @@ Mode &modeOf(const ml2sim_color_request &request) {
     return modes[{request.width, request.height, request.rate_hz, request.with_hologram}];
 }
 
+/** Draws a capture. Returns false if that was done before. */
+bool draw(Mode &mode, int64_t index, const CaptureFrames &frames) {
+    const auto places = frames(index);
+    if (FrameCache::areDrawn(places))
+        return false;
+    mode.drawer.await(index);
+    FrameCache::draw(places);
+    return true;
+}
+
+/** Returns true if a capture should be left out: soon the device forgets where the camera was. */
+bool isTooLate(int64_t index, uint32_t rate_hz) {
+    return drawsAhead() && mlTimeNow() - kDelayNanos - captureTime(index, rate_hz) > kMostLateNanos;
+}
+
+void awaitDelivery(int64_t index, uint32_t rate_hz) {
+    const int64_t delivery = captureTime(index, rate_hz) + kDelayNanos;
+    for (uint64_t seen = wakeCount(); mlTimeNow() < delivery; seen = wakeCount())
+        waitUntil(delivery, seen);
+}
+
 /** Returns the next capture that will be drawn when it falls due. */
 int64_t nextDrawn(Mode &mode, int64_t index, bool isLate, uint32_t rate_hz, const CaptureFrames &frames) {
     if (!drawsAhead())
@@ -134,25 +157,32 @@ int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos
     const auto cache = FrameCache::of(renderPlan(*request));
     const auto headPath = HeadPath::current();
     headPath->start();
-    const int64_t index = captureIndex(mlTimeOfBoottime(boottime_nanos) - kDelayNanos, rate_hz);
-    const size_t shown = headPath->frameIndex(index, rate_hz);
+    const CaptureFrames frames = [&](int64_t capture) {
+        return std::vector<FrameCache::Place>{{cache.get(), headPath->frameIndex(capture, rate_hz)}};
+    };
+    int64_t index = captureIndex(mlTimeOfBoottime(boottime_nanos) - kDelayNanos, rate_hz);
     const std::lock_guard lock(mode.mutex);
-    const std::vector<FrameCache::Place> place{{cache.get(), shown}};
-    const bool isLate = !FrameCache::areDrawn(place);
-    mode.drawer.await(index);
-    FrameCache::draw(place);
-    const uint8_t *frame = cache->frame(shown);
+    const auto leaveOut = [&](int64_t captures) {
+        countLeftOut(request->with_hologram != 0 ? "mixed reality" : "colour", captures);
+        mode.leftOut += captures;
+    };
+    bool isLate = draw(mode, index, frames);
+    for (int n = 0; n < kMostSkipped && isLate && isTooLate(index, rate_hz); n++) {
+        const int64_t next = nextDrawn(mode, index, isLate, rate_hz, frames);
+        leaveOut(next - index);
+        index = next;
+        awaitDelivery(index, rate_hz);
+        isLate = draw(mode, index, frames);
+    }
+    const uint8_t *frame = cache->frame(headPath->frameIndex(index, rate_hz));
     *out = {};
     std::memcpy(&out->jpeg_bytes, frame, sizeof out->jpeg_bytes);
     out->jpeg = frame + sizeof(JpegBytes);
     out->frame_number = index - mode.leftOut;
     out->capture_mltime = captureTime(index, rate_hz);
     out->exposure_nanos = kExposureNanos;
-    const int64_t next = nextDrawn(mode, index, isLate, rate_hz, [&](int64_t capture) {
-        return std::vector<FrameCache::Place>{{cache.get(), headPath->frameIndex(capture, rate_hz)}};
-    });
-    countLeftOut(request->with_hologram != 0 ? "mixed reality" : "colour", next - index - 1);
-    mode.leftOut += next - index - 1;
+    const int64_t next = nextDrawn(mode, index, isLate, rate_hz, frames);
+    leaveOut(next - index - 1);
     out->next_boottime = boottimeOfMlTime(captureTime(next, rate_hz) + kDelayNanos);
     writeIntrinsics(colorLens(request->width, request->height), out->intrinsics);
     return 0;
