@@ -202,6 +202,39 @@ def test_options_that_do_not_fit_end_it(options: list[str], said: str) -> None:
     assert refusal("run", *options).startswith(said)
 
 
+@pytest.mark.parametrize("name", ["rmw_zenoh_cpp", "rmw_zenoh_pico"])
+def test_a_node_on_zenoh_is_not_published_there_twice(
+    config: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setenv("RMW_IMPLEMENTATION", name)
+    error = refusal("run", "--config", config, *LISTEN, "--zenoh", "tcp/10.0.0.1:7447#key=SECRET")
+    assert f"on Zenoh ({name}): with --zenoh, all would be published twice" in error
+    assert "ZENOH_CONFIG_OVERRIDE='connect/endpoints=[\"tcp/10.0.0.1:7447\"]'" in error
+    assert "--no-ros" in error
+    assert "SECRET" not in error
+
+
+def test_a_ros_whose_default_is_zenoh_is_found_out(
+    config: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rclpy = pytest.importorskip("rclpy", reason="rclpy is not installed")
+    monkeypatch.delenv("RMW_IMPLEMENTATION", raising=False)
+    monkeypatch.setattr(
+        rclpy.utilities, "get_rmw_implementation_identifier", lambda: "rmw_zenoh_cpp"
+    )
+    error = refusal("run", "--config", config, *LISTEN, "--zenoh", "tcp/127.0.0.1:1")
+    assert "all would be published twice" in error
+
+
+def test_without_a_node_the_middleware_of_ros_does_not_matter(
+    config: Path, endpoint: str, router: zenoh.Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")
+    with without_ros(config, endpoint) as receiver:
+        receiver.await_error(f"Zenoh: connected to {endpoint}")
+        assert receiver.end() == 0
+
+
 @pytest.mark.parametrize(
     ("endpoint", "is_warned"),
     [
@@ -225,15 +258,16 @@ def test_plaintext_to_another_machine_is_warned_of(
     assert "iface" not in error
 
 
+@pytest.mark.parametrize(("module", "package"), [("zenoh", "eclipse-zenoh"), ("xxhash", "xxhash")])
 def test_a_missing_package_is_named_with_the_command_that_installs_it(
-    config: Path, monkeypatch: pytest.MonkeyPatch
+    config: Path, monkeypatch: pytest.MonkeyPatch, module: str, package: str
 ) -> None:
     for name in [it for it in sys.modules if it.startswith("ml2_receiver.zenoh")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "zenoh", None)
+    monkeypatch.setitem(sys.modules, module, None)
     options = ["--no-ros", "--zenoh", "tcp/127.0.0.1:1"]
     error = refusal("run", "--config", config, *LISTEN, *options)
-    assert "--zenoh needs the package eclipse-zenoh, which is not installed" in error
+    assert f"--zenoh needs the package {package}, which is not installed" in error
     assert "hint: Run in the clone `pip install './host_receiver[zenoh]'`." in error
 
 
