@@ -35,11 +35,11 @@ class ReceiverError(Exception):
 
     def __init__(self, message: str, *, hint: str = "") -> None:
         super().__init__(printable(message, has_lines=True))
-        self.hint = hint
+        self.hint = printable(hint, has_lines=True)
 
     def in_one_line(self) -> str:
         """Returns the message and the hint, for logs and for answers of services."""
-        return f"{self}. {self.hint}" if self.hint else str(self)
+        return printable(f"{self}. {self.hint}" if self.hint else str(self), has_lines=True)
 
 
 NO_RECEIVER_HINT = (

@@ -19,3 +19,10 @@ def printable(text: str, most: int = MOST_CHARACTERS, *, has_lines: bool = False
         it if it.isprintable() or it in plain else ascii(it)[1:-1] for it in text[: most + 1]
     )
     return kept if len(kept) <= most else f"{kept[: most - 3]}..."
+
+
+def markup(text: str, most: int = MOST_CHARACTERS) -> str:
+    """Returns printable(text) as markup of rich, which shows brackets as they are."""
+    from rich.markup import escape  # few who need printable() show tables
+
+    return escape(printable(text, most))

@@ -1,12 +1,20 @@
 import io
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from ml2_receiver.errors import RosError
+from ml2_receiver import errors as errors_module
+from ml2_receiver.errors import ReceiverError, RosError
 from ml2_receiver.printable import MOST_CHARACTERS, printable
+from ml2_tools import errors as _  # noqa: F401, whose errors are tried too
+from ml2_tools.commands.reading import say_left_out
+from ml2_tools.inspection.check import Check
+from ml2_tools.inspection.table import integrity_table, problems
+from ml2_tools.monitoring.latency_table import latency_table
+from ml2_tools.monitoring.losses import Losses
 from ml2_tools.monitoring.topic_table import topic_table
 
 # Writes the clipboard of some terminals.
@@ -40,3 +48,63 @@ def test_a_headset_may_have_any_printable_name(name: str) -> None:
     assert f"connected to {name}" in output.getvalue()
     assert f"/x/{name}" in output.getvalue()
     assert f"of {name}" in output.getvalue()
+
+
+def errors() -> list[type[ReceiverError]]:
+    found = [ReceiverError]
+    for it in found:
+        found += [each for each in it.__subclasses__() if each not in found]
+    return found
+
+
+@pytest.mark.parametrize("error", errors(), ids=lambda it: it.__name__)
+def test_no_error_is_long_or_speaks_to_a_terminal(error: type[ReceiverError]) -> None:
+    foreign = CLIPBOARD + "x" * 60_000
+    match error:
+        case errors_module.ConfigError:
+            problem = errors_module.Problem(1, foreign, foreign, foreign)
+            raised: ReceiverError = errors_module.ConfigError([problem] * 100, foreign)
+        case errors_module.ProtocolError:
+            raised = errors_module.ProtocolError(errors_module.ErrorCode.MALFORMED, foreign)
+        case _:
+            raised = error(foreign, hint=foreign)
+    for said in (str(raised), raised.hint, raised.in_one_line()):
+        assert len(said) <= MOST_CHARACTERS
+        assert said.replace("\n", "").isprintable()
+    assert str(raised)
+
+
+HOSTILE_NAME = f"/x{CLIPBOARD}[/x][link=https://example.com]{'y' * 60_000}"
+
+
+def shown(table: Any) -> str:
+    output = io.StringIO()
+    Console(file=output, width=9000).print(table)
+    return output.getvalue()
+
+
+def test_tables_show_names_of_recordings_and_of_other_nodes_as_text() -> None:
+    check = Check(HOSTILE_NAME, "messages", "wrong", HOSTILE_NAME, {"messages": 1})
+    topic = {"type": "a", "stream": HOSTILE_NAME, "message": HOSTILE_NAME}
+    said = [
+        shown(integrity_table([check])),
+        *map(shown, problems([check])),
+        shown(topic_table({"session": {"message": HOSTILE_NAME}, HOSTILE_NAME: topic})),
+        shown(latency_table({HOSTILE_NAME: (HOSTILE_NAME, None)}, 1)),
+    ]
+    for it in said:
+        assert "\x1b" not in it
+        assert "\x07" not in it
+        assert "[/x]" in it
+        assert "y" * 2001 not in it
+
+
+def test_what_is_left_out_of_a_recording_is_said_as_text(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    losses = Losses()
+    losses.add(HOSTILE_NAME)
+    say_left_out([HOSTILE_NAME, *losses.counts()])
+    for line in capsys.readouterr().err.splitlines():
+        assert line.isprintable()
+        assert len(line) <= MOST_CHARACTERS + len("left out: ")

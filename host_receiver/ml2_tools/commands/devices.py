@@ -5,12 +5,12 @@ import dataclasses
 from collections.abc import Sequence
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.session_port import add_keys
 from ml2_receiver.json_text import json_text
+from ml2_receiver.printable import markup
 from ml2_receiver.security.paired_devices import PairedDevice, PairedDevices
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.adaptation import LOWERED
@@ -72,16 +72,16 @@ def _show_paired(devices: Sequence[PairedDevice], *, is_json: bool) -> None:
         table = Table("name", "paired", "id", box=None)
         table.add_column("fingerprint", overflow="fold")
         for it in devices:
-            table.add_row(escape(it.name), it.paired, escape(it.device_id), it.fingerprint)
+            table.add_row(markup(it.name), it.paired, markup(it.device_id), it.fingerprint)
         Console().print(table)
 
 
 def _headset(device: Device) -> Table:
     title = f"{device.name}, {device.state}, running {device.software}, id {device.device_id}"
-    table = Table("stream", "state", "why", title=escape(title), title_justify="left", box=None)
+    table = Table("stream", "state", "why", title=markup(title), title_justify="left", box=None)
     for it in device.streams:
         lowered = f"{LOWERED}: {it.lowered}" if it.lowered else ""
-        table.add_row(it.stream, it.state, escape("; ".join(filter(None, (it.reason, lowered)))))
+        table.add_row(it.stream, it.state, markup("; ".join(filter(None, (it.reason, lowered)))))
     for name, is_granted in device.permissions.items():
-        table.add_row(escape(name), "granted" if is_granted else "not granted", "")
+        table.add_row(markup(name), "granted" if is_granted else "not granted", "")
     return table

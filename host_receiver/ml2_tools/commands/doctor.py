@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from ml2_receiver.commands.options import Subparsers, add_file, add_name
@@ -24,6 +23,7 @@ from ml2_receiver.configuration.settings import config_of
 from ml2_receiver.configuration.whole_file import read_file
 from ml2_receiver.errors import ConfigError, DiscoveryError, RosError
 from ml2_receiver.json_text import json_text
+from ml2_receiver.printable import markup
 from ml2_receiver.processes import is_listened_on, listener_of, receivers
 from ml2_receiver.ros.fastdds import free_shared_memory_bytes
 from ml2_receiver.table.reader import load_table
@@ -198,5 +198,5 @@ def _config(node: DiagnosticsNode, receiver: str) -> Config | None:
 def _table(found: Sequence[Finding]) -> Table:
     table = Table("", "check", "found", "what to do", box=None)
     for it in found:
-        table.add_row(_MARKS[it.level], it.check, escape(it.found), escape(it.fix))
+        table.add_row(_MARKS[it.level], it.check, markup(it.found), markup(it.fix))
     return table

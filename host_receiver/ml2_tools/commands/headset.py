@@ -8,7 +8,6 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from ml2_receiver.commands.options import Subparsers, add_file, port
@@ -17,6 +16,7 @@ from ml2_receiver.generated.version import VERSION
 from ml2_receiver.json_text import json_text
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.pairing.uri_source import uri_of
+from ml2_receiver.printable import markup
 from ml2_receiver.table.reader import load_table
 
 from ..errors import AdbError
@@ -171,15 +171,15 @@ def _needed(ids: Collection[str]) -> Sequence[str]:
 
 
 def _show(status: app.AppStatus, streams: Sequence[app.StreamStatus]) -> None:
-    table = Table("stream", "state", title=escape(_title(status)), title_justify="left", box=None)
+    table = Table("stream", "state", title=markup(_title(status)), title_justify="left", box=None)
     table.add_column("produced", justify="right")
     table.add_column("lost", justify="right")
     table.add_column("why")
     for it in streams:
         state = "resting, hot" if it.resting else it.state
-        table.add_row(it.id, state, str(it.produced), str(it.dropped), escape(it.reason))
+        table.add_row(it.id, state, str(it.produced), str(it.dropped), markup(it.reason))
     for name, is_granted in status.permissions.items():
-        table.add_row(escape(name), "granted" if is_granted else "not granted")
+        table.add_row(markup(name), "granted" if is_granted else "not granted")
     Console().print(table)
 
 

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from ml2_receiver.errors import RecordingError
+from ml2_receiver.printable import printable
 
 from ..bags.bag_reader import Bag
 
@@ -39,7 +40,7 @@ def check_headset(headset: str | None) -> None:
 def say_left_out(left_out: Iterable[str]) -> None:
     """Says on stderr what was not read."""
     for words in left_out:
-        print(f"left out: {words}", file=sys.stderr, flush=True)
+        print(f"left out: {printable(words)}", file=sys.stderr, flush=True)
 
 
 @contextmanager

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from rich.box import SIMPLE_HEAD
-from rich.markup import escape
 from rich.table import Table
+
+from ml2_receiver.printable import markup
 
 from .check import VERDICTS, Check, Verdict
 
@@ -38,7 +39,7 @@ def integrity_table(checks: Sequence[Check]) -> Table:
     for topic, row in rows.items():
         if "messages" in row:
             cells = (_cell(row.get(check), key) for check, (_, key) in _COLUMNS.items())
-            table.add_row(escape(topic), *cells, _histogram(row.get("jitter")))
+            table.add_row(markup(topic), *cells, _histogram(row.get("jitter")))
     return table
 
 
@@ -52,7 +53,7 @@ def problems(checks: Sequence[Check]) -> list[str]:
         if it.verdict != "ok":
             bad.setdefault((it.verdict, it.check, it.found), []).append(it.topic)
     return [
-        f"[{_COLOURS[verdict]}]{verdict}[/] {escape(_sentence(topics, check, found))}"
+        f"[{_COLOURS[verdict]}]{verdict}[/] {markup(_sentence(topics, check, found))}"
         for (verdict, check, found), topics in sorted(
             bad.items(), key=lambda item: -VERDICTS.index(item[0][0])
         )

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
-from rich.markup import escape
 from rich.table import Table
+
+from ml2_receiver.printable import markup
 
 from ..errors import LatencyError
 from .latency import Breakdown
@@ -25,7 +26,7 @@ def latency_table(breakdowns: Breakdowns, duration_s: float) -> Table:
     for heading in ("messages", *shares, "mean", "p50", "p99", "jitter"):
         table.add_column(heading, justify="right", no_wrap=True)
     for name, (stream, breakdown) in breakdowns.items():
-        table.add_row(escape(_short(name, stream)), *_cells(breakdown))
+        table.add_row(markup(_short(name, stream)), *_cells(breakdown))
     return table
 
 

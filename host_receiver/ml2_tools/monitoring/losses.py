@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 
+from ml2_receiver.printable import printable
+
 _MOST_REASONS = 100
 _MOST_CHARACTERS = 200
 
@@ -18,7 +20,7 @@ class Losses:
 
     def add(self, reason: str) -> None:
         """Counts one more loss for this reason."""
-        reason = reason[:_MOST_CHARACTERS]
+        reason = printable(reason, _MOST_CHARACTERS)
         is_known = reason in self._counts or len(self._counts) < _MOST_REASONS
         self._counts[reason if is_known else self.OTHER] += 1
 

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.markup import escape
 from rich.table import Table
 
+from ml2_receiver.printable import markup
 from ml2_receiver.topics.judgement import read_judgements
 
 type Rows = Mapping[str, Mapping[str, str]]
@@ -49,14 +49,14 @@ def topic_figures(rows: Rows) -> list[dict[str, Any]]:
 def topic_table(rows: Rows) -> Table:
     """Returns a table with a row per topic."""
     state = rows.get("session", {}).get("message", "")
-    table = Table(title=escape(state), title_justify="left", box=SIMPLE_HEAD)
+    table = Table(title=markup(state), title_justify="left", box=SIMPLE_HEAD)
     table.add_column("topic", no_wrap=True)
     for heading in _NUMBERS.values():
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("state")
     for topic in topic_figures(rows):
         cells = (_cell(topic[key], _UNKNOWN.get(key, "-")) for key in _NUMBERS)
-        table.add_row(escape(topic["topic"]), *cells, escape(topic["state"]))
+        table.add_row(markup(topic["topic"]), *cells, markup(topic["state"]))
     return table
 
 
