@@ -68,6 +68,7 @@ def test_each_finding_has_its_level_and_its_fix(
         ({PROFILES_VARIABLE: "mine.xml"}, False, "hint"),
         ({}, True, "hint"),
         ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, False, "hint"),
+        ({"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}, False, "ok"),
     ],
 )
 def test_a_profile_of_the_user_is_named(

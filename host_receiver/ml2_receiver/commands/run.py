@@ -14,7 +14,7 @@ from .ros_start import settle_name
 from .session_port import SessionPort
 from .stopping import stop_signal
 from .view_beside import view_beside
-from .zenoh_start import add_zenoh, check, zenoh_output
+from .zenoh_start import add_zenoh, check, check_middleware, zenoh_output
 
 if TYPE_CHECKING:
     from ..ros.node import RosNode
@@ -57,6 +57,8 @@ def _run(options: argparse.Namespace) -> int:
     with ExitStack() as stack:
         session_port = stack.enter_context(SessionPort(options))
         config, node, sinks = stack.enter_context(ros_output(config, options))
+        if node is not None:
+            check_middleware(node.middleware, options.zenoh)
 
         def is_lazy() -> bool:
             return bool((config if node is None else node.config).values["publish.lazy"])

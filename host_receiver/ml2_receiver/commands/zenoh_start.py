@@ -21,6 +21,7 @@ _ENDPOINT = re.compile(r"[a-z][a-z0-9-]*/[^/?#]+:(\d{1,5})([?#].*)?", re.ASCII)
 _PRIVATE = re.compile(r"(tls|quic)/.*|[a-z]+/(127\.|localhost:|\[::1\]:).*", re.DOTALL)
 _PLAINTEXT = "WARNING: {}: no encryption, and everybody on the way can read all streams"
 _DOMAIN = re.compile(r"\d{1,3}", re.ASCII)
+_PACKAGES = {"zenoh": "eclipse-zenoh", "xxhash": "xxhash"}
 
 
 def add_zenoh(parser: argparse.ArgumentParser) -> None:
@@ -53,6 +54,8 @@ def check(options: argparse.Namespace) -> None:
         raise ZenohError("--view shows topics of ROS 2, so it does not go with --no-ros")
     if options.no_ros and options.start_paused:
         raise ZenohError("--start-paused waits for a service of ROS 2, which --no-ros lacks")
+    if not options.no_ros:
+        check_middleware(os.environ.get("RMW_IMPLEMENTATION", ""), options.zenoh)
     if options.zenoh is None and (options.no_ros or options.zenoh_config):
         given = "--no-ros" if options.no_ros else "--zenoh-config"
         raise ZenohError(
@@ -61,13 +64,34 @@ def check(options: argparse.Namespace) -> None:
         )
 
 
+def check_middleware(name: str, endpoint: str | None) -> None:
+    """Checks that not both ROS and --zenoh publish on Zenoh: subscribers would get all twice.
+
+    Args:
+        name: ROS's identifier of the middleware, such as "rmw_fastrtps_cpp".
+        endpoint: of --zenoh, or None.
+
+    Raises:
+        ZenohError: both do.
+    """
+    if endpoint is None or not name.startswith("rmw_zenoh"):
+        return
+    router = endpoint.partition("#")[0]  # what follows may hold a key
+    raise ZenohError(
+        f"the ROS 2 node itself is on Zenoh ({name}): with --zenoh, all would be published twice",
+        hint=f"Leave out --zenoh, and set ZENOH_CONFIG_OVERRIDE='connect/endpoints=[\"{router}\"]'"
+        " if rmw_zenoh shall use this router. Or add --no-ros. Or set"
+        " RMW_IMPLEMENTATION=rmw_fastrtps_cpp, for a node on DDS.",
+    )
+
+
 def zenoh_output(
     options: argparse.Namespace, config: Config, sinks: FanOut, is_lazy: Callable[[], bool]
 ) -> "ZenohOutput | None":
     """Returns the output, which is not connected yet, or None without --zenoh.
 
     Raises:
-        PackageError: the package eclipse-zenoh is not installed.
+        PackageError: a package of the extra `zenoh` is not installed.
         ZenohError: Zenoh does not take its configuration, or ROS_DOMAIN_ID is wrong.
     """
     if options.zenoh is None:
@@ -76,10 +100,11 @@ def zenoh_output(
         from ..zenoh.configuration import session_configuration
         from ..zenoh.output import Identity, ZenohOutput
     except ModuleNotFoundError as error:
-        if error.name != "zenoh":
+        package = _PACKAGES.get(error.name or "")
+        if package is None:
             raise
         raise PackageError(
-            "--zenoh needs the package eclipse-zenoh, which is not installed",
+            f"--zenoh needs the package {package}, which is not installed",
             hint="Run in the clone `pip install './host_receiver[zenoh]'`.",
         ) from error
     session = session_configuration(options.zenoh, options.zenoh_config)

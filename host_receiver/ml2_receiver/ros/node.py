@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 
 import rclpy
+import rclpy.utilities
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import String
@@ -89,6 +90,11 @@ class RosNode:
     def config(self) -> Config:
         """The configuration in force."""
         return self._node.config
+
+    @property
+    def middleware(self) -> str:
+        """The identifier of ROS's middleware, such as "rmw_fastrtps_cpp"."""
+        return rclpy.utilities.get_rmw_implementation_identifier()
 
     def serve(
         self,

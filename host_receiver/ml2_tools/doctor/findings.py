@@ -60,6 +60,8 @@ def fast_dds_profile(environment: Mapping[str, str], *, is_in_working_directory:
     check = "Fast DDS profile"
     middleware = environment.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
     if not middleware.startswith("rmw_fastrtps"):
+        if middleware.startswith("rmw_zenoh"):
+            return Finding(check, "ok", f"{middleware} is used, which needs none")
         return Finding(check, "hint", f"{middleware} is used", "it has not been tried with images")
     own = environment.get(PROFILES_VARIABLE) or (
         "DEFAULT_FASTRTPS_PROFILES.xml" if is_in_working_directory else None
