@@ -62,7 +62,8 @@ RenderPlan renderPlan(const ml2sim_color_request &request) {
     const auto draw = [=](size_t index, uint8_t *frame) -> size_t {
         const Pose camera = compose(headPath->atFrame(index, request.rate_hz).head, mount(Camera::Color));
         std::vector<uint8_t> rgb(size_t{request.width} * request.height * 3);
-        renderColor(*HeadPath::scene(), rays->get(), camera, hologram, rgb.data(), size_t{request.width} * 3,
+        const auto &table = rays->get(); // while another camera builds the scene
+        renderColor(*HeadPath::scene(), table, camera, hologram, rgb.data(), size_t{request.width} * 3,
                     {sigma, noiseSeed, index});
         const auto used = static_cast<JpegBytes>(
             encodeJpeg(rgb.data(), request.width, request.height, frame + sizeof(JpegBytes), capacity(request)));
@@ -79,6 +80,7 @@ RenderPlan renderPlan(const ml2sim_color_request &request) {
 struct Mode {
     std::mutex mutex;
     int64_t leftOut = 0;
+    bool hasStarted = false; ///< The first image waits for the scene, however late it is.
     Drawer drawer;
 };
 
@@ -167,7 +169,7 @@ int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos
         mode.leftOut += captures;
     };
     bool isLate = draw(mode, index, frames);
-    for (int n = 0; n < kMostSkipped && isLate && isTooLate(index, rate_hz); n++) {
+    for (int n = 0; n < kMostSkipped && mode.hasStarted && isLate && isTooLate(index, rate_hz); n++) {
         const int64_t next = nextDrawn(mode, index, isLate, rate_hz, frames);
         leaveOut(next - index);
         index = next;
@@ -183,6 +185,7 @@ int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos
     out->exposure_nanos = kExposureNanos;
     const int64_t next = nextDrawn(mode, index, isLate, rate_hz, frames);
     leaveOut(next - index - 1);
+    mode.hasStarted = true;
     out->next_boottime = boottimeOfMlTime(captureTime(next, rate_hz) + kDelayNanos);
     writeIntrinsics(colorLens(request->width, request->height), out->intrinsics);
     return 0;
