@@ -27,7 +27,6 @@ from waiting import LIMIT_S
 IMAGES = ("color", "depth", "world_left", "eye_nasal_left")
 # A common laptop's.
 SCREEN = ViewportSize(width=1366, height=768)
-# The simulated headset draws its images before it sends the first one.
 LIMIT_MS = 1000 * LIMIT_S
 _OFF = ("world_center", "world_right", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
 
