@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from ml2_tools.geometry.lens import Lens, rays, z_per_distance
+from ml2_tools.products.registration import register
 
 PLUMB_BOB = Lens(544, 480, 370.0, 371.0, 270.0, 241.0, "plumb_bob", (0.1, -0.2, 1e-3, -2e-3, 0.05))
 EQUIDISTANT = Lens(
@@ -101,3 +102,13 @@ def test_distances_along_rays_become_z() -> None:
 def test_values_of_no_lens_are_refused(change: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         Lens(**{**vars(PLUMB_BOB), **change})
+
+
+@pytest.mark.parametrize("focal_px", [5e-324, 1e-9, 1.0])
+def test_a_lens_that_sees_next_to_everything_is_refused_before_it_takes_memory(
+    focal_px: float,
+) -> None:
+    wide = dataclasses.replace(PLUMB_BOB, fx=focal_px, fy=focal_px, coefficients=(0.0,) * 5)
+    depth = np.ones((wide.height, wide.width), np.float32)
+    with pytest.raises(ValueError, match="expected at most 64 px for a depth pixel"):
+        register(depth, wide, np.eye(4), PLUMB_BOB)

@@ -12,6 +12,7 @@ from ml2_receiver.commands.ros_start import settle_name
 from ml2_receiver.commands.session_port import SessionPort
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import RecordingError
+from ml2_receiver.printable import printable
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.mcap_file import COMPRESSIONS
 from ml2_receiver.recording.options import RecordingOptions
@@ -146,7 +147,7 @@ def _record(options: argparse.Namespace) -> int:
         progress = recording.progress(server.report())
     print(f"recorded into {options.out}: {summary(progress)}")
     for line in losses(progress):
-        print(f"  {line}")
+        print(f"  {printable(line)}")
     if recording.failure is not None:
         raise RecordingError(_ended_early(options.out, recording.failure), hint=_ENDED_EARLY_HINT)
     return 0

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 
+from ml2_receiver.printable import markup
+
 _REDRAW_S = 0.5
 
 
@@ -45,5 +47,5 @@ def wait(
             now_s, now = time.monotonic(), standing()
             if live is not None:
                 rate = (now.file_bytes - last.file_bytes) / (now_s - last_s)
-                live.update(f"{now.text}, {rate / 1e6:.1f} MB/s", refresh=True)
+                live.update(f"{markup(now.text)}, {rate / 1e6:.1f} MB/s", refresh=True)
             last_s, last = now_s, now
