@@ -1,5 +1,7 @@
 """The node, and the thread that spins it."""
 
+import os
+import socket
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -24,6 +26,7 @@ from ..topics.diagnostics import Diagnostics, security_row
 from ..topics.fan_out import FanOut
 from .calibration_services import add_calibration_services
 from .context import start_ros
+from .namesakes import Namesakes
 from .parameters import ParameterNode
 from .publishers import Publishers, create_publisher
 from .raw_publish import takes_bytearray
@@ -69,6 +72,7 @@ class RosNode:
             for topic in table.receiver_topics
         }
         self._diagnostics = Diagnostics(prefix)
+        self._namesakes = Namesakes(self._node, self.config.name, f"{prefix}/config")
         self._reporting = threading.Lock()
         self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._control: Control | None = None
@@ -115,7 +119,7 @@ class RosNode:
         if sinks is not None:
             self._recording = RecordingServices(self._node, control, self._prefix, sinks)
         self._node.on_change(self._settings_changed)
-        steady_timer(self._node, _DIAGNOSTICS_PERIOD_S, lambda: self._report(control.report()))
+        steady_timer(self._node, _DIAGNOSTICS_PERIOD_S, lambda: self._each_second(control))
         say_real_time(self._node)
         self._spinner.start()
 
@@ -174,6 +178,12 @@ class RosNode:
         if self._control is not None:
             self._control.request(settings.config.requests, settings.config.link)
 
+    def _each_second(self, control: Control) -> None:
+        self._report(control.report())
+        if (news := self._namesakes.news()) is not None:
+            self._node.get_logger().warning(news)
+            self._own["log"].publish(String(data=f"WARNING: {news}"))
+
     def _report(self, report: Report | None) -> None:
         with self._reporting:
             rows = self._diagnostics.rows(report, time.monotonic()) + self._node.failures.rows()
@@ -185,5 +195,9 @@ class RosNode:
             topic.full_name(self._prefix): {"subscribers": str(count)}
             for topic, count in self._publishers.subscribers().items()
         }
-        more["session"] = {"node": self._node.get_fully_qualified_name()}
+        more["session"] = {
+            "node": self._node.get_fully_qualified_name(),
+            "host": socket.gethostname(),
+            "pid": str(os.getpid()),
+        }
         self._statuses.publish(status_array(self.config.name, rows, more, real_time()))

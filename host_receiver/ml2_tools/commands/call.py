@@ -5,7 +5,7 @@ import argparse
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.errors import RosError
 
-from .live import PATIENCE_S, receiver_client
+from .live import PATIENCE_S, receiver_client, whom
 
 _SERVICES = {
     "start": "let the streams run",
@@ -45,13 +45,14 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     if options.keys and options.service != "save_config":
         raise RosError(f"{options.service} takes no keys, found {' '.join(options.keys)}")
-    with receiver_client(options.name, PATIENCE_S, [options.service]) as client:
+    with receiver_client(options.name, PATIENCE_S, [options.service]) as (node, client):
         is_done, message = True, ""
         if options.keys:
             is_done, message = client.set({"save.keys": " ".join(options.keys)})
         if is_done:
             is_done, message = client.call(options.service)
+        answer = f"{whom(node, client, options.name)}{message or 'done'}"
     if not is_done:
-        raise RosError(message)
-    print(message or "done")
+        raise RosError(answer)
+    print(answer)
     return 0

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING
 
 from ml2_receiver.commands.ros_start import ros_needed
+from ml2_receiver.printable import printable
 
 if TYPE_CHECKING:
     from ..live.diagnostics_node import DiagnosticsNode
     from ..live.receiver_client import ReceiverClient
 
 PATIENCE_S = 10.0
+_REPORT_S = 1.5  # a receiver reports once a second
 
 
 @contextmanager
@@ -34,8 +37,8 @@ def diagnostics_node() -> Iterator[DiagnosticsNode]:
 @contextmanager
 def receiver_client(
     receiver: str, timeout_s: float, services: Iterable[str] = ()
-) -> Iterator[ReceiverClient]:
-    """A client of one running receiver, which will call these services.
+) -> Iterator[tuple[DiagnosticsNode, ReceiverClient]]:
+    """A client of one running receiver, which will call these services, and what hears receivers.
 
     Raises:
         RosError: ROS is missing or does not start, or there is no such receiver.
@@ -45,4 +48,26 @@ def receiver_client(
 
         name = node.node_name(receiver, timeout_s)
         with closing(ReceiverClient(node.context, name, timeout_s, services)) as client:
-            yield client
+            yield node, client
+
+
+def whom(node: DiagnosticsNode, client: ReceiverClient, receiver: str) -> str:
+    """Returns the receiver that a client's requests reach, and ": "; empty if there is only one.
+
+    Warns on standard error if several receivers have that name, for all get them.
+
+    Args:
+        receiver: as in its --name, or empty.
+    """
+    receivers = client.receivers()
+    count = receivers.get(client.name, 1)
+    if count > 1:
+        heard = ", ".join(node.processes(receiver, count, _REPORT_S))
+        found = f" on {heard}" if heard else ""
+        print(
+            f"WARNING: {count} receivers have the name {printable(client.name)}, and each gets"
+            f" this{found}. Start each with a --name of its own.",
+            file=sys.stderr,
+        )
+        return f"{client.name}{found}: "
+    return f"{client.name}: " if len(receivers) > 1 else ""

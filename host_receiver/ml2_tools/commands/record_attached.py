@@ -9,7 +9,7 @@ from contextlib import closing
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import RecordingError
 
-from .live import PATIENCE_S, diagnostics_node
+from .live import PATIENCE_S, diagnostics_node, whom
 from .recording_wait import Standing, wait
 
 _ROW = "recording"
@@ -31,7 +31,8 @@ def record_attached(options: argparse.Namespace) -> int:
         services = [_START, _STOP]
         with closing(ReceiverClient(node.context, name, PATIENCE_S, services)) as client:
             _done(client.set(_parameters(options)))
-            print(f"{_done(client.call(_START))} until Ctrl-C", flush=True)
+            started = _done(client.call(_START))
+            print(f"{whom(node, client, options.name)}{started} until Ctrl-C", flush=True)
             folder = str(options.out.absolute())
 
             def standing() -> Standing:

@@ -7,7 +7,7 @@ from ml2_receiver.errors import RosError
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.json_body import Scalar
 
-from .live import PATIENCE_S, receiver_client
+from .live import PATIENCE_S, receiver_client, whom
 
 _EPILOG = """\
 Sets all values in one call: either all are valid together, or none is set. The receiver sends them
@@ -41,11 +41,12 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     values = {key: _value(key, text) for key, text in options.values}
-    with receiver_client(options.name, PATIENCE_S) as client:
+    with receiver_client(options.name, PATIENCE_S) as (node, client):
         is_done, message = client.set(values)
+        answer = f"{whom(node, client, options.name)}{message or 'done'}"
     if not is_done:
-        raise RosError(message)
-    print(message or "done")
+        raise RosError(answer)
+    print(answer)
     return 0
 
 

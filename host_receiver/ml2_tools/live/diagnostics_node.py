@@ -2,7 +2,8 @@
 
 import os
 import threading
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
 from rclpy.context import Context
@@ -15,6 +16,7 @@ from .diagnostics import TYPE, Rows, read_diagnostics
 from .raw_taker import RawSubscription, RawTaker
 
 _DEPTH = 10
+_MOST_PROCESSES = 16  # of one name; any node can publish rows of more
 
 
 class DiagnosticsNode:
@@ -27,6 +29,7 @@ class DiagnosticsNode:
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._rows: dict[str, Rows] = {}
+        self._processes: defaultdict[str, set[str]] = defaultdict(set)
         self._closing = ExitStack()
         node = self._closing.enter_context(tool_node("ml2_tools"))
         self._context = node.context
@@ -85,8 +88,22 @@ class DiagnosticsNode:
         usual = f"/{receiver}/ml2_receiver" if receiver else "/ml2_receiver"
         return self.rows(receiver, timeout_s).get("session", {}).get("node", usual)
 
+    def processes(self, receiver: str, count: int, timeout_s: float) -> Sequence[str]:
+        """Returns the processes heard of with a receiver's name, such as "desk (pid 4711)".
+
+        Waits for `count` of them; those of older receivers do not say it.
+        """
+        with self._changed:
+            heard = self._processes[receiver]
+            self._changed.wait_for(lambda: len(heard) >= count, timeout_s)
+            return sorted(heard)
+
     def _diagnosed(self, payload: bytes) -> None:
         rows = {receiver: it.rows for receiver, it in read_diagnostics(payload).items()}
         with self._changed:
             self._rows |= rows
+            for receiver, of_receiver in rows.items():
+                session, heard = of_receiver.get("session", {}), self._processes[receiver]
+                if "host" in session and len(heard) < _MOST_PROCESSES:
+                    heard.add(f"{session['host']} (pid {session.get('pid', '?')})")
             self._changed.notify_all()

@@ -21,6 +21,7 @@ from ml2_receiver.ros.spinning import spin_until
 from ml2_receiver.wire.json_body import Scalar
 
 _ASK_AGAIN_S = 1.0
+_OF_RECEIVERS = "/test_link"  # a service that other nodes hardly have
 
 
 class ReceiverClient:
@@ -49,6 +50,20 @@ class ReceiverClient:
         self._services = {it: self._client(Trigger, it) for it in services}
         self._set = self._client(SetParametersAtomically, "set_parameters_atomically")
         self._get = self._client(GetParameters, "get_parameters")
+
+    @property
+    def name(self) -> str:
+        """The full name of the receiver's node."""
+        return self._name
+
+    def receivers(self) -> Mapping[str, int]:
+        """Returns the full names of the receivers' nodes in ROS's graph, with how many have each.
+
+        All that have the name of this one get its requests.
+        """
+        services = self._node.get_service_names_and_types()
+        names = [it.removesuffix(_OF_RECEIVERS) for it, _ in services if it.endswith(_OF_RECEIVERS)]
+        return {it: self._node.count_services(it + _OF_RECEIVERS) for it in names}
 
     def close(self) -> None:
         self._executor.shutdown()
