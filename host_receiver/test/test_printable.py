@@ -1,4 +1,5 @@
 import io
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -108,3 +109,11 @@ def test_what_is_left_out_of_a_recording_is_said_as_text(
     for line in capsys.readouterr().err.splitlines():
         assert line.isprintable()
         assert len(line) <= MOST_CHARACTERS + len("left out: ")
+
+
+def test_only_one_place_writes_json_for_others() -> None:
+    """The wire and the files of this receiver have checked values."""
+    root = Path(__file__).parents[1]
+    own = {"json_text.py", "json_body.py", "configuration.py", "paired_devices.py", "settings.py"}
+    files = (file for top in ("ml2_receiver", "ml2_tools") for file in (root / top).rglob("*.py"))
+    assert {it.name for it in files if "json.dumps(" in it.read_text("utf-8")} <= own
