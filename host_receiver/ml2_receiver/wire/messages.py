@@ -78,6 +78,10 @@ class Welcome(JsonBody):
     limits: PeerLimits
     timeouts: Timeouts
 
+    def __post_init__(self) -> None:
+        _check_text("name", self.name, _NAME_CHARACTERS)
+        _check_text("software", self.software, _ID_CHARACTERS)
+
 
 @dataclass(frozen=True)
 class Join(JsonBody):

@@ -14,6 +14,7 @@ import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.FrameReader
 import dev.ml2sensors.wire.FrameWriter
 import dev.ml2sensors.wire.ProtocolException
+import dev.ml2sensors.wire.printable
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.currentCoroutineContext
 import kotlinx.coroutines.ensureActive
@@ -63,7 +64,8 @@ internal class Connection private constructor(
             if (frame.kind != FrameKind.ERROR) return frame
             val error = decodeError(frame.body)
             val code = ErrorCode.entries.firstOrNull { it.wireName == error.code } ?: ErrorCode.UNEXPECTED
-            if (error.fatal) throw ProtocolException(code, "the receiver says ${error.code}: ${error.message}", true)
+            val text = printable("${error.code}: ${error.message}")
+            if (error.fatal) throw ProtocolException(code, "the receiver says $text", true)
             if (FrameKind.ERROR in allowed) return frame
         }
     }

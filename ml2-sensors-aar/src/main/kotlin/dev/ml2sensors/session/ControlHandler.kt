@@ -13,6 +13,7 @@ import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.LinkTestBody
 import dev.ml2sensors.wire.Start
 import dev.ml2sensors.wire.Status
+import dev.ml2sensors.wire.printable
 import kotlinx.coroutines.Deferred
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.channels.Channel
@@ -56,8 +57,13 @@ internal class ControlHandler(
             val frame = control.read(IN_SESSION) ?: break
             when (frame.kind) {
                 FrameKind.PING -> control.write(FrameKind.PONG)
+
                 FrameKind.PONG -> Unit
-                FrameKind.BYE -> throw IOException("the receiver left: ${ControlJson.decode<Bye>(frame.body).reason}")
+
+                FrameKind.BYE -> throw IOException(
+                    "the receiver left: ${printable(ControlJson.decode<Bye>(frame.body).reason)}",
+                )
+
                 else -> requests.send(frame)
             }
         }
@@ -81,7 +87,7 @@ internal class ControlHandler(
 
             FrameKind.ERROR -> {
                 val error = ControlJson.decode<ErrorBody>(frame.body)
-                error.channel?.let { streams.refuse(it, error.message) }
+                error.channel?.let { streams.refuse(it, printable(error.message)) }
             }
 
             else -> error("${frame.kind} is no request")

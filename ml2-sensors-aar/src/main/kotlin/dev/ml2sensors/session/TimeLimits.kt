@@ -3,6 +3,7 @@ package dev.ml2sensors.session
 import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Welcome
+import dev.ml2sensors.wire.violation
 import kotlinx.coroutines.Deferred
 import kotlinx.coroutines.async
 import kotlinx.coroutines.coroutineScope
@@ -34,6 +35,6 @@ internal fun Welcome.violation(): String? {
         missing.isNotEmpty() -> "no tickets for $missing"
         !isInTime -> "timeouts of 0 or less"
         counts.any { it < 0 } -> "counts below 0"
-        else -> null
+        else -> violation(name, software)
     }
 }

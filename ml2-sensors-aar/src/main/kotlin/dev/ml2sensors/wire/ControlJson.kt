@@ -26,7 +26,8 @@ internal object ControlJson {
         } catch (e: CharacterCodingException) {
             throw ProtocolException(ErrorCode.MALFORMED, "expected a $name in UTF-8: ${e.message}")
         } catch (e: IllegalArgumentException) { // SerializationException is one
-            throw ProtocolException(ErrorCode.MALFORMED, "expected a $name: ${e.message?.lineSequence()?.first()}")
+            val reason = printable(e.message.orEmpty().lineSequence().first())
+            throw ProtocolException(ErrorCode.MALFORMED, "expected a $name: $reason")
         }
     }
 }

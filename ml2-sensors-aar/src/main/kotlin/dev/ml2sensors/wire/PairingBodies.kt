@@ -9,6 +9,7 @@ import kotlinx.serialization.Serializable
 internal class PairChallenge(val nonce: String, val name: String, val software: String) {
     init {
         require(NONCE.matches(nonce)) { "nonce: expected $NONCE" }
+        violation(name, software)?.let { throw IllegalArgumentException(it) }
     }
 }
 
@@ -29,5 +30,6 @@ internal class PairBody(
 internal class Paired(val name: String, val port: Int) {
     init {
         require(port in 1..65535) { "port: expected 1 to 65535" }
+        violation(name)?.let { throw IllegalArgumentException(it) }
     }
 }
