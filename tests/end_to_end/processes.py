@@ -15,6 +15,7 @@ from typing import IO, Any
 
 from rclpy.serialization import deserialize_message
 
+import drawing
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.message_types import message_class
 from pairing import pair
@@ -162,6 +163,8 @@ def receive(
         is_enough: gets the messages and statistics so far, about once per second, and returns True
             to end the headset.
     """
+    if tuple(program) == (HEADSET,):
+        draw_images(config, headset_options, folder, receiver_options, security)
     environment = isolated_environment()
     with contextlib.ExitStack() as stack:
         start = stack.enter_context
@@ -189,6 +192,28 @@ def receive(
             if is_enough(snapshot):
                 running.terminate()
         return result(subscriber, folder)
+
+
+def draw_images(
+    config: Path,
+    headset_options: Sequence[str],
+    folder: Path,
+    receiver_options: Sequence[str] = (),
+    security: Security = PLAINTEXT,
+) -> None:
+    """Runs the headset until all its images are in the cache, unless they are; see drawing.py."""
+    note = drawing.note(config, headset_options)
+    if note is None or note.exists():
+        return
+    environment = isolated_environment()
+    command = receive_command(config, "127.0.0.1:0", *receiver_options, security=security)
+    log = folder / "drawing.log"
+    with process(command, environment, folder / "drawing-receiver.log") as receiver:
+        options = drawing.drawing_options(headset_options)
+        headset = headset_command(listening_address(receiver), *options, security=security)
+        with process(headset, environment, log, is_read=False):
+            drawing.await_drawn(log, headset_options)
+    note.touch()
 
 
 def _from_first_message(

@@ -15,6 +15,7 @@ import links
 from processes import (
     PREFIX,
     RECEIVER,
+    draw_images,
     headset_command,
     isolated_environment,
     lines,
@@ -60,6 +61,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
     folder = tmp_path_factory.mktemp("latency")
     config = folder / "everything.yaml"
     config.write_text(raw_config(picture_center=SMALL))
+    draw_images(config, (), folder)
     environment = isolated_environment()
     with ExitStack() as stack:
         start = stack.enter_context

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from counters import assert_counters_agree
-from processes import PREFIX, headset_command, line_with
+from processes import PREFIX, draw_images, headset_command, line_with
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 CONFIG = """
@@ -41,6 +41,7 @@ def await_state(waiting: WaitingReceiver, state: str, reason: str = "") -> None:
 def test_a_camera_that_fails_is_reported_and_recovers(tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
     config.write_text(CONFIG)
+    draw_images(config, (), tmp_path)
     options = [
         word
         for fault in FAULTS

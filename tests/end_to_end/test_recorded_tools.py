@@ -18,6 +18,7 @@ from ml2_tools.bags.decoding import decoder
 from processes import (
     PREFIX,
     RECEIVER,
+    draw_images,
     headset_command,
     isolated_environment,
     listening_address,
@@ -48,6 +49,7 @@ def config(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def bag(config: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording of 6 s, made without ROS; a busy machine drops half of its images."""
     folder, environment = tmp_path_factory.mktemp("recording"), isolated_environment()
+    draw_images(config, (), folder)
     record: list[str | Path] = [RECEIVER, "record", folder / "walk", "--no-ros"]
     record += ["--config", config, "--listen", "127.0.0.1:0", "--insecure"]
     with process(record, environment, folder / "receiver.log") as receiver:

@@ -20,7 +20,7 @@ from rclpy.serialization import deserialize_message
 
 from ml2_receiver.topics.judgement import read_judgements
 from ml2_receiver.topics.stamps import stamp_reader
-from processes import Received, headset_command, lines
+from processes import Received, draw_images, headset_command, lines
 from simulation import SMALL, compressed_config
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
@@ -68,6 +68,7 @@ def silence(tmp_path_factory: pytest.TempPathFactory) -> Silence:
     folder = tmp_path_factory.mktemp("silence")
     config = folder / "config.yaml"
     config.write_text(CONFIG)
+    draw_images(config, (), folder)
     options = [
         f"--duration={LATEST_S}",
         *("--simulate", f"fault.silent={','.join((*SILENT, *PATIENT))}@{BEGIN_S}"),
