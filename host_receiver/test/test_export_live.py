@@ -33,9 +33,9 @@ _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class RigHeadset:
     """Two cameras on a head, and a robot whose node has static transforms of its own."""
 
-    def __init__(self) -> None:
+    def __init__(self, arguments: list[str]) -> None:
         self._context = Context()
-        rclpy.init(context=self._context)
+        rclpy.init(args=["headset", *arguments], context=self._context)
         self._headset: Node = rclpy.create_node("headset", context=self._context)
         self._robot: Node = rclpy.create_node("robot", context=self._context)
         # Publishers that go end what they said for all later subscribers, so they are kept.
@@ -90,8 +90,14 @@ class RigHeadset:
 
 
 @pytest.fixture
-def headset(ros_of_children: None) -> Iterator[RigHeadset]:
-    headset = RigHeadset()
+def arguments() -> list[str]:
+    """The headset's, for ROS."""
+    return []
+
+
+@pytest.fixture
+def headset(ros_of_children: None, arguments: list[str]) -> Iterator[RigHeadset]:
+    headset = RigHeadset(arguments)
     yield headset
     headset.close()
 
@@ -105,3 +111,26 @@ def test_two_cameras_of_a_rig_are_where_tf_static_has_them(
     assert right_of_left == pytest.approx([-BASELINE_M, 0, 0, 1])
     assert chain["cam0"]["rostopic"] == f"{PREFIX}/world_left/image_raw/compressed"
     assert chain["cam1"]["rostopic"] == f"{PREFIX}/world_right/image_raw"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "tools"),
+    [
+        (
+            ["--ros-args", "-r", "/tf:=/robot1/tf", "-r", "/tf_static:=/robot1/tf_static"],
+            ["-r", "/tf:=tf", "-r", "/tf_static:=tf_static", "-r", "__ns:=/robot1"],
+        ),
+        (
+            ["--ros-args", "-r", f"{PREFIX}/world_left/image_raw/compressed:=/elsewhere"],
+            ["-r", f"{PREFIX}/world_left/image_raw/compressed:=/elsewhere"],
+        ),
+    ],
+)
+def test_remapped_topics_are_followed(
+    headset: RigHeadset, tmp_path: Path, tools: list[str]
+) -> None:
+    given = ["--ros-args", *tools]
+    assert main(["export", "--kalibr", str(tmp_path), "--prefix", PREFIX, *given]) == 0
+    chain = yaml.safe_load((tmp_path / "camchain.yaml").read_text())
+    assert np.array(chain["cam1"]["T_cn_cnm1"])[0, 3] == pytest.approx(-BASELINE_M)
+    assert chain["cam0"]["rostopic"].endswith("/compressed")

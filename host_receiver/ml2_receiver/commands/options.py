@@ -24,6 +24,11 @@ def add_name(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--name", type=name, default="", help="of the receiver, where that has one")
 
 
+def add_ros_args(parser: argparse.ArgumentParser) -> None:
+    """--ros-args of a command that has a node: such as remappings, as the receiver has them."""
+    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
+
+
 def name(text: str) -> str:
     """Parses a part of topic names, or nothing, for argparse."""
     if not _NAME.fullmatch(text):

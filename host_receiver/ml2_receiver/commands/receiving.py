@@ -15,7 +15,7 @@ from ..session.settings import ReceiverSettings
 from ..session.sink import Sink
 from ..table.reader import load_table
 from ..topics.fan_out import FanOut
-from .options import add_file, name
+from .options import add_file, add_ros_args, name
 from .printed_events import PrintedEvents
 from .ros_start import node_arguments, ros_needed
 from .session_port import SessionPort, add_insecure, add_keys
@@ -53,7 +53,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add_keys(parser)
     add_insecure(parser)
-    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
+    add_ros_args(parser)
 
 
 def address(text: str) -> tuple[str, int]:

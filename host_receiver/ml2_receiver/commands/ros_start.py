@@ -6,9 +6,11 @@ import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 
 from ..errors import RosError
 from ..ros.fastdds import apply_default_profile
+from ..ros.given_arguments import give
 from .options import name
 
 _ROS_HINT = (
@@ -16,6 +18,8 @@ _ROS_HINT = (
     " host_receiver/ml2-receiver. `ml2-receiver record --no-ros` works without ROS 2."
 )
 
+_REMAP = ("-r", "--remap")
+_NODE_IN_RULE = re.compile(r"^\w+:(?!=|//)")
 _NAMESPACE = re.compile(r"(?:[^:]*:)?__ns:=/?(.*)")
 
 
@@ -35,6 +39,26 @@ def ros_needed() -> Iterator[None]:
         raise RosError(
             f"ROS 2 is not available: Python finds no {error.name}", hint=_ROS_HINT
         ) from error
+
+
+def take_ros_args(options: argparse.Namespace) -> None:
+    """Gives the process what follows --ros-args, where the command has that option.
+
+    `options.name` becomes the node's namespace, and the namespace the name.
+
+    Raises:
+        RosError: name and namespace contradict.
+    """
+    ros_args = getattr(options, "ros_args", ())
+    if ros_args and "name" in options:
+        settle_name(options)
+    give(node_arguments(ros_args, getattr(options, "name", "")) if ros_args else ())
+
+
+def topic_remappings(ros_args: Sequence[str]) -> list[str]:
+    """Returns the remappings of topics and services among the node's arguments, for others."""
+    rules = [_NODE_IN_RULE.sub("", it) for flag, it in pairwise(ros_args) if flag in _REMAP]
+    return [word for it in rules if not it.startswith("__") for word in ("-r", it)]
 
 
 def settle_name(options: argparse.Namespace) -> None:

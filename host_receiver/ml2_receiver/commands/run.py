@@ -10,7 +10,7 @@ from ..configuration.link_fit import bound_mbit_per_s, link_in_words
 from ..topics.calibrated_sink import CalibratedSink
 from .options import Subparsers
 from .receiving import add_options, config_file, load, ros_output, serving
-from .ros_start import settle_name
+from .ros_start import topic_remappings
 from .session_port import SessionPort
 from .stopping import stop_signal
 from .view_beside import view_beside
@@ -50,7 +50,6 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     check(options)
-    settle_name(options)
     stopping = stop_signal()
     file = config_file(options)
     config = load(file, options)
@@ -78,8 +77,9 @@ def _run(options: argparse.Namespace) -> int:
             asked = {id: it for id, it in needs.items() if id not in session_port.excluded}
             print(link_in_words(config, asked, bound_mbit_per_s(config)), flush=True)
             if options.view:
+                remappings = topic_remappings(options.ros_args)
                 port = session_port.listener.getsockname()[1]
-                stack.enter_context(view_beside(options.name, options.keys, port))
+                stack.enter_context(view_beside(options.name, options.keys, port, remappings))
             stopping.wait()
     return 0
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 
 @contextmanager
-def view_beside(name: str, keys: Path, port: int) -> Iterator[None]:
+def view_beside(name: str, keys: Path, port: int, remappings: Sequence[str]) -> Iterator[None]:
     """Runs the page of the receiver with this --name as a process; ends it when left.
+
+    It follows the receiver's `remappings`, arguments of ROS.
 
     Pairing on the page uses the folder `keys`, and headsets then connect to `port`.
 
@@ -20,6 +22,8 @@ def view_beside(name: str, keys: Path, port: int) -> Iterator[None]:
     """
     command = [sys.executable, "-P", "-m", "ml2_receiver", "view", "--name", name]
     command += ["--keys", str(keys), "--receiver-port", str(port)]
+    if remappings:
+        command += ["--ros-args", *remappings]
     with subprocess.Popen(command) as page:
         try:
             yield

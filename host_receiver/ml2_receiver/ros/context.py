@@ -13,6 +13,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from ..errors import RosError
+from .given_arguments import given
 
 # The messages of rcl_logging_spdlog for a folder, and of spdlog for a file, that cannot be made.
 _LOG = re.compile(
@@ -24,11 +25,11 @@ _START_HINT = "Check what follows --ros-args, and that the RMW_IMPLEMENTATION is
 _WAIT_S = 0.1
 
 
-def start_ros(arguments: Sequence[str] = ()) -> Context:
+def start_ros(arguments: Sequence[str] | None = None) -> Context:
     """Starts ROS in a new context, to be ended with rclpy.shutdown(); handles no signals.
 
     Args:
-        arguments: arguments for ROS, such as `["--ros-args", ...]`.
+        arguments: arguments for ROS, such as `["--ros-args", ...]`; default: the command's own.
 
     Raises:
         RosError: ROS refuses the arguments, or cannot write its log.
@@ -36,7 +37,7 @@ def start_ros(arguments: Sequence[str] = ()) -> Context:
     context = Context()
     try:
         rclpy.init(
-            args=["ml2-receiver", *arguments],
+            args=["ml2-receiver", *(given() if arguments is None else arguments)],
             context=context,
             signal_handler_options=SignalHandlerOptions.NO,
         )
@@ -64,6 +65,11 @@ def tool_node(name: str) -> Iterator[Node]:
     finally:
         node.destroy_node()
         rclpy.shutdown(context=context)
+
+
+def count_publishers(node: Node, topic: str) -> int:
+    """Returns how many publish on the topic to which `node` would subscribe by this name."""
+    return node.count_publishers(node.resolve_topic_name(topic))
 
 
 def spin_until(stopping: threading.Event, node: Node, context: Context) -> None:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ml2_receiver.commands.options import Subparsers, add_name
+from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
 from ml2_receiver.errors import RosError
 
 from .live import PATIENCE_S, receiver_client, whom
@@ -39,6 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("service", choices=tuple(_SERVICES), help="see below")
     parser.add_argument("keys", nargs="*", metavar="KEY", help="of save_config")
     add_name(parser)
+    add_ros_args(parser)
     parser.set_defaults(run=_run)
 
 

@@ -3,8 +3,8 @@
 import argparse
 import sys
 
-from ml2_receiver.commands.options import Subparsers, add_name
-from ml2_receiver.commands.ros_start import node_arguments, ros_needed, settle_name
+from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
+from ml2_receiver.commands.ros_start import node_arguments, ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 
 _EPILOG = """\
@@ -35,12 +35,11 @@ def add_parser(subparsers: Subparsers) -> None:
         "--out", default="/thesis", help="prefix of the published topics; default: /thesis"
     )
     add_name(parser)
-    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
+    add_ros_args(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    settle_name(options)
     stopping = stop_signal()
     with ros_needed():
         from ..compatibility.node import CompatibilityNode

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
-from ml2_receiver.commands.options import Subparsers, add_name
+from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
 from ml2_receiver.commands.session_port import add_keys
 from ml2_receiver.json_text import json_text
 from ml2_receiver.printable import markup
@@ -44,6 +44,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_keys(parser)
     add_name(parser)
+    add_ros_args(parser)
     parser.set_defaults(run=_run)
 
 

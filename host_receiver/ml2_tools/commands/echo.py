@@ -3,7 +3,7 @@
 import argparse
 import signal
 
-from ml2_receiver.commands.options import Subparsers, add_name
+from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.table.reader import load_table
@@ -27,6 +27,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("topic", metavar="TOPIC", help="a name without / is under /magic_leap2")
     parser.add_argument("--once", action="store_true", help="print one message and end")
     add_name(parser)
+    add_ros_args(parser)
     parser.set_defaults(run=_run)
 
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from ml2_receiver.commands.options import Subparsers
+from ml2_receiver.commands.options import Subparsers, add_ros_args
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import go_on, stop_signal
 
@@ -75,6 +75,7 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="FOLDER",
         help="where the report goes; default: evaluation. Replaces an earlier report",
     )
+    add_ros_args(parser)
     parser.set_defaults(run=_run)
 
 

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from ml2_receiver.commands.options import Subparsers
+from ml2_receiver.commands.options import Subparsers, add_ros_args
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.table.reader import load_table
 
@@ -71,6 +71,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--imu", choices=_IMUS, help="write this IMU too; needs its noise values")
     for name, unit in _NOISE.items():
         parser.add_argument(f"--{name.replace('_', '-')}", type=float, metavar="X", help=unit)
+    add_ros_args(parser)
     parser.set_defaults(run=_run)
 
 

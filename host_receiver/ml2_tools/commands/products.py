@@ -2,8 +2,8 @@
 
 import argparse
 
-from ml2_receiver.commands.options import Subparsers, add_name
-from ml2_receiver.commands.ros_start import node_arguments, ros_needed, settle_name
+from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
+from ml2_receiver.commands.ros_start import node_arguments, ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 
 from .optional_packages import optional_packages
@@ -34,12 +34,11 @@ def add_parser(subparsers: Subparsers) -> None:
         "--prefix", default="/magic_leap2", help="general.topic_name; default: /magic_leap2"
     )
     add_name(parser)
-    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
+    add_ros_args(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    settle_name(options)
     stopping = stop_signal()
     with (
         ros_needed(),

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from ml2_receiver.commands.options import Subparsers
 from ml2_receiver.commands.receiving import add_options, config_file, load, ros_output, serving
-from ml2_receiver.commands.ros_start import settle_name
 from ml2_receiver.commands.session_port import SessionPort
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import RecordingError
@@ -115,7 +114,6 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _record(options: argparse.Namespace) -> int:
-    settle_name(options)
     stopping = stop_signal()
     file = config_file(options)
     config = load(file, options)

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ml2_receiver.commands.options import Subparsers, add_name
+from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
 from ml2_receiver.errors import RosError
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.json_body import Scalar
@@ -36,6 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help="`config show` lists keys and allowed values",
     )
     add_name(parser)
+    add_ros_args(parser)
     parser.set_defaults(run=_run)
 
 

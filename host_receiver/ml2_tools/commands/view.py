@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ml2_receiver.commands.options import Subparsers, add_name, port
+from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args, port
 from ml2_receiver.commands.pair import failed_attempts
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.session_port import PORT, add_keys
@@ -72,6 +72,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_keys(parser)
     add_name(parser)
+    add_ros_args(parser)
     parser.set_defaults(run=_run)
 
 

@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
-from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.context import count_publishers, tool_node
 from ml2_receiver.table.stream_table import Qos
 
 from ..errors import EvaluationError
@@ -48,10 +48,11 @@ def record_live(
         RosError: ROS does not start.
     """
     with tool_node("ml2_evaluate") as node:
+        exists = partial(count_publishers, node)
         names = [topic.full_name(prefix) for topic in image_topics(camera)]
         missing = f"no camera_info and metadata of {prefix}/{camera} arrived"
-        _await(lambda: any(map(node.count_publishers, names)), missing, stopping)
-        parts = Parts(prefix, camera, node.count_publishers)
+        _await(lambda: any(map(exists, names)), missing, stopping)
+        parts = Parts(prefix, camera, exists)
         writer = BagWriter(folder, "none")
         topics = {name: BagTopic(name, type, Qos(1)) for name, type in parts.types.items()}
         for topic in topics.values():

@@ -6,6 +6,7 @@ import json
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from sensor_msgs.msg import CameraInfo, Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from ml2_receiver.ros.context import start_ros
+from ml2_receiver.ros.context import count_publishers, start_ros
 
 from ..errors import ExportError
 from ..geometry.pose import Pose
@@ -119,7 +120,7 @@ class _Observer:
         self.node.create_subscription(TFMessage, "/tf", self._take_transforms, 100)
 
     def rig(self, cameras: Sequence[str]) -> Rig:
-        exists = self.node.count_publishers
+        exists = partial(count_publishers, self.node)
         topics = {camera: image_topic(camera, self._prefix, exists) for camera in cameras}
         rate_hz = None
         if self.imu_s:

@@ -73,8 +73,8 @@ def _await_type(
         if stopping.is_set():
             return None
         types = dict(node.get_topic_names_and_types())
-        if topic in types and node.count_publishers(topic):
-            return str(types[topic][0])
+        if (name := node.resolve_topic_name(topic)) in types and node.count_publishers(name):
+            return str(types[name][0])
         executor.spin_once(timeout_sec=_WAIT_S)
     raise RosError(
         f"{topic} has no publisher after {timeout_s:g} s: `ml2-receiver topics` lists the topics of"

@@ -7,6 +7,7 @@ import threading
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -19,7 +20,7 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from ml2_receiver.ros.context import spin_until, start_ros
+from ml2_receiver.ros.context import count_publishers, spin_until, start_ros
 from ml2_receiver.ros.real_time import real_time, say_real_time, steady_timer
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
@@ -120,14 +121,14 @@ class ProductsNode:
                 self._publishers[topic] = self._publisher(topic, type)
 
     def _count_publishers(self, topic: str) -> int:
-        return self._node.count_publishers(f"{self._prefix}/{topic}")
+        return count_publishers(self._node, f"{self._prefix}/{topic}")
 
     def _subscribe(self) -> None:
         """Subscribes to the inputs of the products that have subscribers, and to nothing else."""
         for product in self._products:
             if isinstance(product, Points):
                 image = self._topic("color", "image").full_name(self._prefix)
-                product.colour(self._node.count_publishers(image) > 0)
+                product.colour(count_publishers(self._node, image) > 0)
         wanted = {
             (camera, part)
             for product in self._active()
@@ -151,7 +152,7 @@ class ProductsNode:
 
     def _topic(self, camera: str, role: str) -> Topic:
         if role == "image":
-            return image_topic(camera, self._prefix, self._node.count_publishers)
+            return image_topic(camera, self._prefix, partial(count_publishers, self._node))
         return next(it for it in self._table.streams[camera].topics if it.role == role)
 
     def _subscription(self, name: str, camera: str, part: str) -> Subscription:
