@@ -115,6 +115,21 @@ def test_beside_ros_both_get_the_same_bytes(
             await_true(lambda: samples.get(timeout=LIMIT_S).payload.to_bytes() == last)
 
 
+def test_remapped_topics_are_remapped_on_zenoh_too(
+    config: Path, endpoint: str, router: zenoh.Session
+) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    samples: SimpleQueue[zenoh.Sample] = SimpleQueue()
+    router.declare_subscriber(key("robot1/charge"), samples.put)
+    remapping = ("--ros-args", "-r", "/robot1/magic_leap2/battery:=charge")
+    with Receiver(config, "--zenoh", endpoint, "--name", "robot1", *remapping) as receiver:
+        receiver.await_error(f"Zenoh: connected to {endpoint}")
+        with MockDevice(receiver.address, says_ping=True) as device:
+            device.start()
+            sent = bag_scene.battery(5)
+            assert await_sample(samples, lambda _: device.publish("battery", sent)) == sent
+
+
 def test_only_with_lazy_streams_without_subscribers_on_zenoh_pause(
     config: Path, endpoint: str, router: zenoh.Session
 ) -> None:

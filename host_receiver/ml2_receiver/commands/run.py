@@ -62,7 +62,8 @@ def _run(options: argparse.Namespace) -> int:
         def is_lazy() -> bool:
             return bool((config if node is None else node.config).values["publish.lazy"])
 
-        zenoh = zenoh_output(options, config, sinks, is_lazy)
+        remapped = str if node is None else node.remapped
+        zenoh = zenoh_output(options, config, sinks, is_lazy, remapped)
         sink = CalibratedSink(sinks, config.calibrations)
         idle, is_paused = _idle(node, zenoh, is_lazy), options.start_paused
         with serving(session_port, config, sink, is_paused=is_paused, idle=idle) as server:

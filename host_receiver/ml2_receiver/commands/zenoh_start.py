@@ -86,9 +86,16 @@ def check_middleware(name: str, endpoint: str | None) -> None:
 
 
 def zenoh_output(
-    options: argparse.Namespace, config: Config, sinks: FanOut, is_lazy: Callable[[], bool]
+    options: argparse.Namespace,
+    config: Config,
+    sinks: FanOut,
+    is_lazy: Callable[[], bool],
+    remapped: Callable[[str], str] = str,
 ) -> "ZenohOutput | None":
     """Returns the output, which is not connected yet, or None without --zenoh.
+
+    Args:
+        remapped: returns the name of a topic after the remappings of ROS's arguments.
 
     Raises:
         PackageError: a package of the extra `zenoh` is not installed.
@@ -111,7 +118,7 @@ def zenoh_output(
     if not _PRIVATE.fullmatch(options.zenoh):
         router = options.zenoh.partition("#")[0]
         print(_PLAINTEXT.format(router), file=sys.stderr, flush=True)
-    identity = Identity(config.name, config.prefix, _domain())
+    identity = Identity(config.name, config.prefix, _domain(), remapped)
     return ZenohOutput(session, options.zenoh, identity, load_table(), sinks, is_lazy)
 
 

@@ -100,6 +100,10 @@ class RosNode:
         """The identifier of ROS's middleware, such as "rmw_fastrtps_cpp"."""
         return rclpy.utilities.get_rmw_implementation_identifier()
 
+    def remapped(self, topic: str) -> str:
+        """Returns the name under which the node publishes a topic. Any thread may call it."""
+        return self._node.resolve_topic_name(topic)
+
     def serve(
         self,
         control: Control,

@@ -33,11 +33,13 @@ class Identity:
         receiver: as in --name, may be empty.
         prefix: of the relative topics.
         domain: the ROS domain id.
+        remapped: returns the name of a topic after the remappings of ROS's arguments.
     """
 
     receiver: str
     prefix: str
     domain: int
+    remapped: Callable[[str], str] = str
 
 
 class ZenohOutput:
@@ -128,6 +130,7 @@ class ZenohOutput:
             mine.receiver,
             mine.domain,
             lambda: self._news.put("matched"),
+            mine.remapped,
         )
 
     def _follow(self, session: zenoh.Session, sink: ZenohSink) -> None:

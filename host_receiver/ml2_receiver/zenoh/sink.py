@@ -4,6 +4,7 @@ import threading
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 
 import zenoh
 
@@ -29,6 +30,7 @@ class ZenohSink:
         domain: the ROS domain id.
         matched: called by a thread of Zenoh when a topic's first subscriber has come, or its last
             one gone; returns at once.
+        remapped: returns the name of a topic after the remappings of ROS's arguments.
 
     Raises:
         PublishError: Zenoh does not take the names.
@@ -42,8 +44,10 @@ class ZenohSink:
         receiver: str,
         domain: int,
         matched: Callable[[], None],
+        remapped: Callable[[str], str] = str,
     ) -> None:
         self._session, self._table, self._prefix, self._matched = session, table, prefix, matched
+        self._remapped = remapped
         self._node = Node(domain, str(session.zid()), receiver)
         self._token = session.liveliness().declare_token(self._node.token())
         self._lock = threading.Lock()
@@ -109,6 +113,7 @@ class ZenohSink:
 
     def _publisher(self, topic: TopicName, *, is_image: bool = False) -> ZenohPublisher:
         self._count += 1
+        topic = replace(topic, name=self._remapped(topic.name))
         priority = zenoh.Priority.DATA_LOW if is_image else zenoh.Priority.REAL_TIME
         return ZenohPublisher(
             self._session, self._node, self._count, topic, priority, self._matched
