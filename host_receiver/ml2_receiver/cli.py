@@ -14,7 +14,7 @@ from typing import Any, NoReturn, TextIO
 
 import shtab
 
-from .commands.ros_start import take_ros_args
+from .commands.ros_start import ros_args_of
 from .commands.stopping import heed_interrupts
 from .errors import ReceiverError
 from .generated.version import VERSION
@@ -73,8 +73,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: Sequence[str]) -> int:
     try:
         options = command_line(arguments).parse_args(arguments)
-        take_ros_args(options)
-        exit_code: int = options.run(options)
+        with ros_args_of(options):
+            exit_code: int = options.run(options)
         return exit_code
     except ReceiverError as error:
         print(error, file=sys.stderr)

@@ -1,5 +1,6 @@
 """Tools beside a receiver whose topics ROS's arguments have moved."""
 
+import argparse
 from pathlib import Path
 
 import pytest
@@ -7,8 +8,9 @@ import pytest
 import bag_scene
 from command_line import with_subcommands
 from ml2_receiver import cli
-from ml2_receiver.commands.ros_start import topic_remappings
+from ml2_receiver.commands.ros_start import ros_args_of, topic_remappings
 from mock_device import MockDevice
+from refusals import refusal
 from repeated import repeated
 from ros_processes import Child, Receiver
 
@@ -50,6 +52,21 @@ def test_every_command_that_has_a_node_takes_arguments_of_ros() -> None:
         if len(words) == 2:
             takes = any("--ros-args" in it.option_strings for it in parser._actions)
             assert takes == (words[1] not in without), words
+
+
+@pytest.mark.parametrize("given", ["-r /tf:=tf", "-p battery.enabled:=true", "--log-level debug"])
+@pytest.mark.parametrize("command", ["run --zenoh tcp/127.0.0.1:1", "record nowhere"])
+def test_what_only_a_node_takes_is_refused_without_one(command: str, given: str) -> None:
+    words = [*command.split(), "--no-ros", "--ros-args", "-r", "__ns:=/robot1", *given.split()]
+    assert f"--no-ros makes no node that takes {given.removeprefix('-r ')}" in refusal(*words)
+
+
+def test_without_a_node_the_namespace_is_the_name() -> None:
+    options = argparse.Namespace(
+        name="", no_ros=True, ros_args=["-r", "__node:=it", "--ros-args", "-r", "__ns:=/robot1"]
+    )
+    with ros_args_of(options):
+        assert options.name == "robot1"
 
 
 @pytest.mark.parametrize(

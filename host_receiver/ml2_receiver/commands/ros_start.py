@@ -19,6 +19,8 @@ _ROS_HINT = (
 )
 
 _REMAP = ("-r", "--remap")
+_WITHOUT_VALUE = (*_REMAP, "--ros-args", "--")
+_IDENTITY = re.compile(r"(?:[^:]*:)?__(ns|node|name):=")
 _NODE_IN_RULE = re.compile(r"^\w+:(?!=|//)")
 _NAMESPACE = re.compile(r"(?:[^:]*:)?__ns:=/?(.*)")
 
@@ -41,24 +43,41 @@ def ros_needed() -> Iterator[None]:
         ) from error
 
 
-def take_ros_args(options: argparse.Namespace) -> None:
-    """Gives the process what follows --ros-args, where the command has that option.
+@contextmanager
+def ros_args_of(options: argparse.Namespace) -> Iterator[None]:
+    """Gives the process what follows --ros-args, where the command has that option, until left.
 
     `options.name` becomes the node's namespace, and the namespace the name.
 
     Raises:
-        RosError: name and namespace contradict.
+        RosError: name and namespace contradict, or there is no node that takes the arguments.
     """
     ros_args = getattr(options, "ros_args", ())
+    if getattr(options, "no_ros", False):
+        _check_unneeded(ros_args)
     if ros_args and "name" in options:
         settle_name(options)
     give(node_arguments(ros_args, getattr(options, "name", "")) if ros_args else ())
+    try:
+        yield
+    finally:
+        give(())
 
 
 def topic_remappings(ros_args: Sequence[str]) -> list[str]:
     """Returns the remappings of topics and services among the node's arguments, for others."""
     rules = [_NODE_IN_RULE.sub("", it) for flag, it in pairwise(ros_args) if flag in _REMAP]
     return [word for it in rules if not it.startswith("__") for word in ("-r", it)]
+
+
+def _check_unneeded(ros_args: Sequence[str]) -> None:
+    """Refuses what only a node takes; launch files give every program a name and a namespace."""
+    left = [it for it in ros_args if it not in _WITHOUT_VALUE and not _IDENTITY.match(it)]
+    if left:
+        raise RosError(
+            f"--no-ros makes no node that takes {' '.join(left)}",
+            hint="Leave out the one or the other; the configuration file has the same values.",
+        )
 
 
 def settle_name(options: argparse.Namespace) -> None:
