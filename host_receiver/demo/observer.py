@@ -33,8 +33,8 @@ from contact_sheet import write_contact_sheet
 from ml2_receiver.ros.fastdds import apply_default_profile
 from ml2_receiver.ros.spinning import spin_until, wake
 from ml2_receiver.topics.adaptation import ADAPTATION
+from ml2_receiver.topics.plain_messages import status_name
 from ml2_receiver.topics.stamps import stamp_reader
-from ml2_receiver.topics.status_name import status_name
 from ml2_tools.live.raw_taker import RawSubscription, RawTaker
 from observed_topic import Observed
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from compressed_depth import FORMAT, compressed_depth
+from compressed_images import FORMAT, compressed_depth
 from fake_sink import FakeSink
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_topic import BagTopic
@@ -21,7 +21,7 @@ from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.fan_out import FanOut
-from ml2_receiver.topics.string_message import encode_string
+from ml2_receiver.topics.plain_messages import encode_string
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
 from mock_device import MockDevice

@@ -11,7 +11,7 @@ from mcap.writer import Writer
 
 import ros_messages
 from bag_scene import battery
-from ml2_receiver.topics.string_message import encode_string
+from ml2_receiver.topics.plain_messages import encode_string
 
 PREFIX = "/robot1/magic_leap2"
 IMAGE = "sensor_msgs/msg/Image"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import ros_messages
 from bags import write_bag
-from compressed_depth import FORMAT, compressed_depth
+from compressed_images import FORMAT, compressed_depth
 
 PREFIX = "/magic_leap2"
 IMAGES, INFOS = f"{PREFIX}/world_left/image_raw", f"{PREFIX}/world_left/camera_info"

@@ -18,7 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header, String
 
-from compressed_depth import FORMAT, compressed_depth
+from compressed_images import FORMAT, compressed_depth
 from ros_processes import Child, environment
 from waiting import LIMIT_S
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 import ros_messages
-from ml2_receiver.topics.string_message import encode_string
+from ml2_receiver.topics.plain_messages import encode_string
 from ml2_tools.compatibility.thesis import configuration_text, metadata_text
 from mock_device import MockDevice
 from repeated import repeated

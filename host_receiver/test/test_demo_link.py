@@ -58,7 +58,7 @@ def test_where_there_can_be_no_link_nothing_is_started(
 
     monkeypatch.setattr(os, "geteuid", lambda: user)
     monkeypatch.setattr(shaped_link, "_run", run)
-    monkeypatch.setattr(demo, "pair", starts_no_process)
+    monkeypatch.setattr(demo, "offered", starts_no_process)
     monkeypatch.setattr(sys, "argv", ["demo", "--link", "100"])
     with pytest.raises(SystemExit) as ended:
         demo.main()

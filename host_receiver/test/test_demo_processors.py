@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import io
 import os
+from pathlib import Path
 from typing import Any
 
 import pytest
 from rich.console import Console
 
 import processors
+from left_out import left_out, words
 from live_table import LiveTable
 from processors import Load, Usage, usage, warning
 
@@ -73,3 +75,24 @@ def _snapshot(count: int, final: bool) -> dict[str, Any]:
     seen |= {"latency_ms": {"p50": 1.0, "p99": 1.0}, "diagnostics": {}}
     nothing: dict[str, Any] = {"streams": {}, "clock": {}, "adaptation": ""}
     return nothing | {"topics": {"/ml2/imu": seen}, "final": final}
+
+
+def test_the_newest_count_of_each_camera_is_shown(tmp_path: Path) -> None:
+    log = tmp_path / "headset.log"
+    log.write_text(
+        "connected to desk\n"
+        "ml2sim: world camera: 7 captures left out so far, while frames were rendered\n"
+        "ml2sim: mixed reality camera: 3 captures left out so far, while frames were rendered\n"
+        "ml2sim: world camera: 55 captures left out so far, while frames were rendered\n"
+    )
+    assert left_out(log) == {"world": 55, "mixed reality": 3}
+    shown = words(left_out(log))
+    assert shown is not None
+    assert shown.endswith(": world 55, mixed reality 3")
+
+
+def test_nothing_is_said_of_a_headset_that_left_out_nothing(tmp_path: Path) -> None:
+    log = tmp_path / "headset.log"
+    log.write_text("ml2sim: misuse: world camera: released twice\n")
+    assert left_out(log) == {}
+    assert words({}) is None

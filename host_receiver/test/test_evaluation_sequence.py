@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bags import write_bag
-from ml2_receiver.topics.string_message import encode_string
+from ml2_receiver.topics.plain_messages import encode_string
 from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation.sequence import read_sequence
 from wall_walk import (

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from compressed_depth import FORMAT, compressed_depth, words
-from many_scans import with_scans
+from compressed_images import FORMAT, compressed_depth, with_scans, words
 from ml2_tools.images.image_topic import camera_namespace, image_topic
 from ml2_tools.images.pixels import encoding_of, grey_of, pixels_of
 from ml2_tools.images.rvl import decode_rvl

@@ -12,7 +12,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
 from camera_messages import camera_info, stamped
-from compressed_depth import FORMAT, compressed_depth
+from compressed_images import FORMAT, compressed_depth
 from ml2_tools.geometry.camera import metadata_stamp_ns
 from ml2_tools.geometry.pose import pose_of
 from ml2_tools.images.pixels import pixels_of

@@ -1,11 +1,15 @@
 """A receiver's name, its node's namespace and its node's name, as ROS's arguments give them."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from socket import gethostname
 
 import pytest
 
 from mock_device import MockDevice
 from ros_processes import Child, Receiver, Subscriber
+from waiting import await_true
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -52,3 +56,75 @@ def test_a_contradiction_is_refused(config: Path, options: list[str], said: str)
     with Child(*_RUN, str(config), *options) as child:
         assert child.wait() == 2
     assert any(said in line for line in child.errors), child.errors
+
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+CONFIG = "/ml2_receiver: {ros__parameters: {world_left: {enabled: true}}}"
+_SAID = "Start each with a --name of its own"
+
+
+@contextmanager
+def two(config: Path, first: list[str], second: list[str]) -> Iterator[tuple[Receiver, Receiver]]:
+    with Receiver(config, *first) as one, Receiver(config, *second) as other:
+        yield one, other
+
+
+def said(receiver: Receiver) -> list[str]:
+    return [line for line in receiver.errors if _SAID in line]
+
+
+def tool(*words: str) -> tuple[str, list[str]]:
+    """Runs a command, which succeeds; returns its first line and what it says of errors."""
+    with Child("-m", "ml2_receiver", *words) as child:
+        line = child.line()
+        assert child.wait() == 0, child.errors
+        return line, child.errors
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "what"),
+    [
+        ([], [], "another receiver without a name"),
+        (["--name", "robot1"], ["--ros-args", "-r", "__ns:=/robot1"], "receiver named robot1"),
+        ([], ["--ros-args", "-r", "__node:=headset"], "/headset publishes /magic_leap2/config"),
+    ],
+)
+def test_both_say_that_they_have_one_name(
+    config: Path, first: list[str], second: list[str], what: str
+) -> None:
+    with two(config, first, second) as (one, other):
+        one.await_error(_SAID)
+        other.await_error(_SAID)
+        assert what in said(one)[0]
+        assert "WARN" in said(one)[0]
+
+
+def test_a_setting_that_two_get_names_both(config: Path) -> None:
+    with two(config, [], []) as (one, other):
+        one.await_error(_SAID)
+        line, errors = tool("set", "battery.enabled=true")
+        for it in (one, other):
+            assert f"{gethostname()} (pid {it.process.pid})" in line
+        assert any("2 receivers have the name /ml2_receiver" in it for it in errors)
+        for it in (one, other):  # and so it is
+            with MockDevice(it.address, says_ping=True) as device:
+                assert "battery" in device.reach_configure().streams
+        assert len(said(one)) == 1
+
+
+def test_receivers_with_names_of_their_own_say_nothing_and_tools_say_whom_they_reached(
+    config: Path,
+) -> None:
+    with two(config, ["--name", "robot1"], []) as (one, other):
+        # Each tool starts long after the receivers have found each other.
+        await_true(lambda: tool("call", "stop", "--name", "robot1")[0].startswith("/robot1/"))
+        line, errors = tool("set", "battery.enabled=true")
+        assert line == "/ml2_receiver: done"
+        assert errors == []
+        assert said(one) == said(other) == []
+
+
+def test_a_receiver_alone_is_not_named(config: Path) -> None:
+    with Receiver(config):
+        assert tool("set", "battery.enabled=true") == ("done", [])

@@ -12,7 +12,7 @@ import pytest
 
 import bag_scene
 from bag_readers import READERS, Seen, decoded_with_mcap, decoded_with_rosbags, digest
-from compressed_depth import FORMAT, compressed_depth
+from compressed_images import FORMAT, compressed_depth
 from ml2_tools.images.pixels import pixels_of
 
 COUNT = 5

@@ -3,7 +3,7 @@
 import pytest
 
 from ml2_receiver.topics.diagnostics import Level, Row
-from ml2_receiver.topics.status_message import encode_statuses
+from ml2_receiver.topics.plain_messages import encode_statuses
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import bag_scene
-from many_scans import with_scans
+from compressed_images import with_scans
 from ros_messages import compressed_image, header, message, payload
 from view_scene import (
     COMPRESSED_ROWS,

@@ -15,8 +15,7 @@ pytest.importorskip("websockets", reason="websockets is not installed")
 from websockets.sync.server import ServerConnection
 
 from ml2_tools.viewing.controls import SERVICES
-from ml2_tools.viewing.requests import Offer, Steer
-from ml2_tools.viewing.steered import Answer, Newest
+from ml2_tools.viewing.requests import Answer, Newest, Offer, Steer
 from ml2_tools.viewing.view import Source, View
 from ml2_tools.viewing.visitor import Visitor
 from waiting import LIMIT_S

@@ -13,7 +13,7 @@ import bag_scene
 from ml2_receiver.errors import PublishError
 from ml2_receiver.session.sink import Applied
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.topics.string_message import decode_string
+from ml2_receiver.topics.plain_messages import decode_string
 from ml2_receiver.wire.messages import StreamAnswer
 from ml2_receiver.zenoh.configuration import session_configuration
 from ml2_receiver.zenoh.sink import ZenohSink

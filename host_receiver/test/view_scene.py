@@ -10,10 +10,9 @@ from ml2_receiver.transport.listener import listen
 from ml2_tools.monitoring.topic_table import Rows
 from ml2_tools.viewing.access import Token
 from ml2_tools.viewing.feed import Feed
-from ml2_tools.viewing.requests import Offer, Steer
+from ml2_tools.viewing.requests import Answer, Newest, Offer, Steer
 from ml2_tools.viewing.server import ViewServer
 from ml2_tools.viewing.state import Levels, state_of
-from ml2_tools.viewing.steered import Answer, Newest
 from ml2_tools.viewing.view import View
 from viewing_browser import Browser
 from waiting import await_true

@@ -7,8 +7,6 @@
 #include <cstring>
 #include <string>
 
-#include "must_succeed.h"
-
 namespace ml2sim {
 namespace {
 

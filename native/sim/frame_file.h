@@ -3,8 +3,19 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
 
 namespace ml2sim {
+
+/** Ends the process, with errno and what failed, unless it is done. */
+inline void mustSucceed(bool isDone, const std::string &what) {
+    if (isDone)
+        return;
+    std::perror(("ml2sim: " + what).c_str());
+    std::abort();
+}
 
 /**
  * A sparse file: the frames, each at whole pages, then one byte for each, which is set once the frame is written. A

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "must_succeed.h"
+#include "frame_file.h"
 
 namespace ml2sim {
 namespace {

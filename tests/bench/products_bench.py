@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from compressed_depth import FORMAT
+from compressed_images import FORMAT
 from ml2_tools.products.product import (
     Points,
     Product,

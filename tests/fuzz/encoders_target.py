@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compressed_depth import FORMAT, compressed_depth
+from compressed_images import FORMAT, compressed_depth
 from ml2_tools.images.pixels import pixels_of
 from native_encoders import DEPTH_RVL, GREY_JPEG, encode
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 
-from many_scans import SCAN, with_scans
+from compressed_images import SCAN, with_scans
 from ml2_tools.images.pixels import pixels_of
 from ml2_tools.images.size import MOST_PIXELS, MOST_SCANS, compressed_size
 

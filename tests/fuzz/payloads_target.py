@@ -6,8 +6,8 @@ from contextlib import suppress
 from ml2_receiver.configuration.calibration import Calibration
 from ml2_receiver.errors import PublishError
 from ml2_receiver.topics.calibrated_sink import CameraInfoOverride
+from ml2_receiver.topics.plain_messages import decode_string, encode_string
 from ml2_receiver.topics.stamps import stamp_reader
-from ml2_receiver.topics.string_message import decode_string, encode_string
 from vectors import vectors
 
 _STAMPED = ("sensor_msgs/msg/CameraInfo", "std_msgs/msg/String", "tf2_msgs/msg/TFMessage")

@@ -11,7 +11,7 @@ from mcap.writer import CompressionType, Writer
 from ml2_receiver.errors import RecordingError
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.config_topic import ConfigText, StreamEntry
-from ml2_receiver.topics.string_message import encode_string
+from ml2_receiver.topics.plain_messages import encode_string
 from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.bags.indexed_bag import History, IndexedBag
 from ml2_tools.playback.answers import Repertoire

@@ -16,7 +16,7 @@ import pytest
 
 import bag_scene
 from ml2_receiver.table.stream_table import Topic
-from ml2_receiver.topics.string_message import encode_string
+from ml2_receiver.topics.plain_messages import encode_string
 from ml2_receiver.zenoh.sink import ZenohSink
 from waiting import LIMIT_S, await_true
 from zenoh_scene import DOMAIN, IMAGE, IMU, METADATA, PREFIX, imu, open_topics, routed_sink

@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory
 import yaml
 
 from bags import write_bag
+from ml2_receiver.topics.plain_messages import encode_string
 from ml2_receiver.topics.stamps import stamp_reader
-from ml2_receiver.topics.string_message import encode_string
 from ml2_tools.evaluation.tum import write_tum
 from processes import PREFIX, ROOT, Received, receive
 from simulated_truth import SimulatedTruth

@@ -15,7 +15,7 @@ from ..session.sink import Applied, Publish
 from ..stop_limit import STOP_LIMIT
 from ..table.stream_table import StreamTable, Topic
 from ..topics.config_topic import config_text
-from ..topics.string_message import encode_string
+from ..topics.plain_messages import encode_string
 from .bag_topic import BagTopic
 from .bag_writer import BagWriter
 from .losses import Losses

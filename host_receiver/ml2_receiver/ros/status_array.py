@@ -6,7 +6,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from ..topics.diagnostics import Row
-from ..topics.status_name import status_name
+from ..topics.plain_messages import status_name
 
 
 def status_array(

@@ -7,7 +7,7 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from .string_message import decode_string
+from .plain_messages import decode_string
 
 _TIME = struct.Struct("<iI")
 _NANOS_PER_SECOND = 1_000_000_000

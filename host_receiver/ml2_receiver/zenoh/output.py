@@ -16,7 +16,7 @@ from ..table.stream_table import StreamTable
 from ..topics.control import Control
 from ..topics.diagnostics import Diagnostics, security_row
 from ..topics.fan_out import FanOut
-from ..topics.status_message import encode_statuses
+from ..topics.plain_messages import encode_statuses
 from .sink import ZenohSink
 from .unreachable import why_unreachable
 

@@ -13,7 +13,7 @@ from ..session.report import Report
 from ..session.sink import Applied, Publish
 from ..table.stream_table import Qos, StreamTable, Topic
 from ..topics.config_topic import config_text
-from ..topics.string_message import encode_string
+from ..topics.plain_messages import encode_string
 from .names import Node, TopicName
 from .publisher import ZenohPublisher
 

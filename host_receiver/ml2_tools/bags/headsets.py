@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ml2_receiver.errors import ProtocolError, RecordingError
 from ml2_receiver.topics.config_topic import ConfigText
-from ml2_receiver.topics.string_message import decode_string
+from ml2_receiver.topics.plain_messages import decode_string
 
 from .decoding import decoder
 

@@ -24,7 +24,7 @@ from .optional_packages import optional_packages
 from .reading import add_headset, check_headset, say_left_out
 
 if TYPE_CHECKING:
-    from ..viewing.steered import Steered
+    from ..viewing.requests import Steered
     from ..viewing.view import View
 
 _LOOPBACK = "127.0.0.1"

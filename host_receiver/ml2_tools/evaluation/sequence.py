@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.plain_messages import decode_string
 from ml2_receiver.topics.stamps import stamp_reader
-from ml2_receiver.topics.string_message import decode_string
 
 from ..bags.bag_reader import Bag, BagReader
 from ..bags.decoding import decoder

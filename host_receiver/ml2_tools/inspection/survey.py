@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ml2_receiver.errors import ProtocolError
 from ml2_receiver.recording.message_definitions import DEFINITIONS
 from ml2_receiver.topics.config_topic import ConfigText
+from ml2_receiver.topics.plain_messages import decode_string
 from ml2_receiver.topics.stamps import header_stamp_ns, stamp_reader
-from ml2_receiver.topics.string_message import decode_string
 
 from ..bags.bag_reader import Bag
 from ..bags.decoding import decoder

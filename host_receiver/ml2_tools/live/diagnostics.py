@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message
 
 from ml2_receiver.printable import printable
-from ml2_receiver.topics.status_name import split_status_name
+from ml2_receiver.topics.plain_messages import split_status_name
 
 type Values = Mapping[str, str]
 type Rows = Mapping[str, Values]

@@ -12,7 +12,7 @@ from ml2_receiver.errors import ReceiverError
 from ml2_receiver.json_text import json_text
 from ml2_receiver.pairing.offer import PairingOffer
 
-from .steered import Newest
+from .requests import Newest
 from .view import View
 
 _POLL_S = 0.2

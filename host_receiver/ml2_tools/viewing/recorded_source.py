@@ -21,10 +21,9 @@ from ..monitoring.topic_table import Rows
 from ..playback.timeline import Timeline
 from .feed import Feed, Kind
 from .plots import CLOCK, THROUGHPUT
-from .requests import FASTEST, SLOWEST, Offer, Play, Seek, Speed, Steer
+from .requests import FASTEST, SLOWEST, Answer, Newest, Offer, Play, Seek, Speed, Steer
 from .scene import TF, TRANSFORMS
 from .state import Levels, recorded_state
-from .steered import Answer, Newest
 from .view import View
 
 _NANOS = 1_000_000_000

@@ -18,8 +18,7 @@ from websockets.sync.server import ServerConnection, serve
 from .access import Token, is_own_host, is_own_origin
 from .bounded_listener import BoundedListener
 from .page_files import HEADERS, page_files
-from .requests import MOST_BYTES, RequestError
-from .steered import Steered
+from .requests import MOST_BYTES, RequestError, Steered
 from .view import View
 from .visitor import Visitor, close_reason
 

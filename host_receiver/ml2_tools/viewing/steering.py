@@ -16,8 +16,7 @@ from ml2_receiver.wire.json_body import Scalar
 from ..live.receiver_client import ReceiverClient
 from .controls import SERVICES, Control
 from .pairing import PagePairing
-from .requests import Call, Change, Offer, Pair, Steer
-from .steered import Answer, Newest
+from .requests import Answer, Call, Change, Newest, Offer, Pair, Steer
 from .view import View
 
 _PERIOD_S = 1.0

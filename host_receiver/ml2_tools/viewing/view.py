@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from ml2_receiver.json_text import json_text
 from ml2_receiver.printable import printable
-from ml2_receiver.topics.string_message import decode_string
+from ml2_receiver.topics.plain_messages import decode_string
 
 from ..bags.decoding import decoder
 from ..live.faults import Faults

@@ -17,9 +17,8 @@ from ml2_receiver.printable import printable
 from .cloud import CLOUD
 from .full_image import full_name
 from .plots import SHOWN_S, UNITS
-from .requests import Pixel, RequestError, Seen, Show, Steer, parse_request
+from .requests import Pixel, RequestError, Seen, Show, Steer, Steered, parse_request
 from .scene import SCENE
-from .steered import Steered
 from .view import View
 
 _MOST_UNDER_WAY = 2

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from compressed_depth import compressed_depth
+from compressed_images import compressed_depth
 from native_encoders import DEPTH_RVL, GREY_JPEG, EncoderError, encode
 
 SIZES = [(8, 8), (1, 1), (17, 5), (400, 400), (1016, 1016), (4096, 3072)]

@@ -2,7 +2,6 @@ package dev.ml2sensors.source
 
 import dev.ml2sensors.table.Mode
 import dev.ml2sensors.table.StreamSpec
-import dev.ml2sensors.wire.printable
 
 /** Returns the answer of a source that supports every mode of the stream in the table. */
 internal fun StreamSpec.answer(requested: StreamValues): Answer {
@@ -11,7 +10,7 @@ internal fun StreamSpec.answer(requested: StreamValues): Answer {
         val expected = fitting.flatMap(legal).distinct()
         fitting = fitting.filter { value in legal(it) }
         if (fitting.isEmpty() && modes.isNotEmpty()) {
-            return Answer.Refused("$key is ${printable("$value", SHOWN)}, expected one of ${expected.joinToString()}")
+            return Answer.Refused("$key is $value, expected one of ${expected.joinToString()}")
         }
     }
     if (requested.quality != null && requested.quality !in QUALITIES) {
@@ -23,8 +22,6 @@ internal fun StreamSpec.answer(requested: StreamValues): Answer {
     return Answer.Applied(requested)
 }
 
-/** Characters of a value that is not understood. */
-private const val SHOWN = 64
 private val QUALITIES = 1..100
 private val BIT_RATES_MBIT = 1..100
 

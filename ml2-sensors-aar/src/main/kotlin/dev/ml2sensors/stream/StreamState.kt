@@ -2,6 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.wire.printable
 
 /** The state of a stream that the receiver requested. */
 public sealed interface StreamState {
@@ -44,5 +45,5 @@ internal fun Answer.toState(): StreamState =
     when (this) {
         is Answer.Applied -> StreamState.Accepted(values, adjusted = null)
         is Answer.Adjusted -> StreamState.Accepted(values, reason)
-        is Answer.Refused -> StreamState.Refused(reason, permission)
+        is Answer.Refused -> StreamState.Refused(printable(reason), permission)
     }

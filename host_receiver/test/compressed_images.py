@@ -1,4 +1,7 @@
-"""Encodes depth as compressedDepth with RVL, a value at a time, as Wilson's paper describes it."""
+"""Encodes depth as compressedDepth with RVL, a value at a time, as Wilson's paper describes it.
+
+Makes JPEGs with any number of scans, too, as no encoder does.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+SCAN = b"\xff\xda"
 FORMAT = "16UC1; compressedDepth rvl"
 
 
@@ -47,3 +51,11 @@ def words(values: Iterable[int]) -> bytes:
         struct.pack("<I", int("".join(f"{it:x}" for it in nibbles[at : at + 8]), 16))
         for at in range(0, len(nibbles), 8)
     )
+
+
+def with_scans(jpeg: bytes, count: int) -> bytes:
+    """Returns the JPEG with its first scan so many times, each with four bytes of its data."""
+    begin = jpeg.index(SCAN)
+    head_bytes = 2 + int.from_bytes(jpeg[begin + 2 : begin + 4], "big")
+    scan = jpeg[begin : begin + head_bytes + 4]
+    return jpeg[:begin] + scan * count + b"\xff\xd9"
