@@ -16,6 +16,7 @@ from typing import IO, Any
 from rclpy.serialization import deserialize_message
 
 import drawing
+from left_out import left_out
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.message_types import message_class
 from pairing import pair
@@ -25,6 +26,7 @@ from ros_domain import reserve_domain
 from waiting import LIMIT_S
 
 ROOT = Path(__file__).resolve().parents[2]
+_MOST_RUNS = 6
 RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
 HEADSET = ROOT / "ml2-sensors-aar" / "simulator" / "ml2-headset"
 EXCERPT = ROOT.parent / "shared" / "data" / "euroc_v1_01_excerpt"
@@ -143,6 +145,22 @@ def listening_address(receiver: subprocess.Popen[str]) -> str:
 
 
 def receive(
+    config: Path, headset_options: list[str], folder: Path, *more: Any, **options: Any
+) -> Received:
+    """Runs a headset to its end and returns all received messages, as receive_once().
+
+    A headset that still left images out to draw them, as on a busy machine, runs again, unless the
+    test takes part in the run.
+    """
+    for _ in range(_MOST_RUNS):
+        received = receive_once(config, headset_options, folder, *more, **options)
+        takes_part = more or {"link", "on_snapshot", "is_enough"} & options.keys()
+        if takes_part or not left_out(folder / "headset.log"):
+            break
+    return received
+
+
+def receive_once(
     config: Path,
     headset_options: list[str],
     folder: Path,
