@@ -41,6 +41,8 @@ export CCACHE_BASEDIR := $(CURDIR)
 export CCACHE_NOHASHDIR := true
 # Without these, ccache leaves what needs a precompiled header to the compiler.
 export CCACHE_SLOPPINESS := pch_defines,time_macros
+# Nothing to be done where all is there.
+set_up = $(if $(shell host_receiver/environment/setup.sh --check $(1) && echo yes),,@host_receiver/environment/setup.sh $(1))
 kotlin := pom.xml .mvn ml2-sensors-aar
 # Folders of sources, too: they tell of files that are gone.
 kotlin_files := $(shell find $(kotlin) -name target -prune -o \( -type f -o -path '*/src*' \) ! -name '*.md' -print)
@@ -76,11 +78,11 @@ help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' Makefile
 
 setup: ## Install what the receiver needs: Debian packages, and Python 3.12 with ROS 2 Jazzy in build/venv
-	@host_receiver/environment/setup.sh receiver
+	$(call set_up,receiver)
 
 # What other targets need too, by the groups of debian-packages.txt: setup-headset+lint.
 setup-%:
-	@host_receiver/environment/setup.sh receiver $(subst +, ,$*)
+	$(call set_up,receiver $(subst +, ,$*))
 
 build: native $(packaged) ## Compile and package the Kotlin library and the simulated headset
 
