@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs targets of the Makefile, COUNT at a time, all of them; each line of output has its target. At
-# the end it repeats the last lines of those that failed, and names them:
+# the end it repeats the last lines of those that failed, and names the tests and targets that failed:
 #   MAKE=... config/at_a_time.sh COUNT TARGET...
 set -euo pipefail
 # shellcheck source=/dev/null
@@ -19,6 +19,10 @@ failed=("$logs"/*.failed)
 if ((${#failed[@]})); then
   printf '\n'
   tail --quiet --lines 60 "${failed[@]}"
+  # As pytest, Surefire, CTest and NUnit write the name of a test that failed. Last, for a reader who sees only the end.
+  grep --no-filename --extended-regexp \
+    '\| (FAILED|ERROR) |<<< (FAILURE|ERROR)!|\*\*\*(Failed|Timeout|Exception)|\| [0-9]+\) (Failed|Error) :' \
+    "${failed[@]}" | sort --unique | sed --quiet 1,30p >&2 || echo 'no test named itself' >&2
   echo "failed: $(basename --multiple --suffix .failed "${failed[@]}" | xargs)" >&2
   exit 1
 fi

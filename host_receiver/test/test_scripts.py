@@ -79,6 +79,19 @@ def test_a_script_that_ends_early_says_where_and_of_what(checkout: Path) -> None
     assert "script.sh:4: exit code 2 of: ls /none" in errors
 
 
+def test_tests_that_failed_are_named_last(checkout: Path) -> None:
+    named = (
+        "[ERROR] a.Test.b -- Time elapsed: 1 s <<< FAILURE!",
+        "FAILED tests/test_a.py::test_b - E",
+    )
+    lines = "".join(f"  echo '{it}'\n" for it in named)
+    program(checkout, "make", f"if test $1 = bad; then\n{lines}  seq 100; exit 1\nfi")
+    command = "MAKE=make config/at_a_time.sh 2 bad good"
+    code, errors = run(checkout, "bash", "-c", command)
+    assert code == 1
+    assert errors == [*sorted(f"bad | {it}" for it in named), "failed: bad"]
+
+
 def test_every_script_says_it() -> None:
     command = ["git", "grep", "-lE", "^#!/usr/bin/env bash"]
     listed = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
