@@ -14,6 +14,7 @@ import yaml
 from command_line import with_subcommands
 from document import ROOT, blocks, commands, files
 from ml2_receiver.cli import command_line
+from ml2_receiver.generated.version import VERSION
 from ml2_receiver.table.reader import load_table
 
 URI = f"ml2s://127.0.0.1:7755?fp={'0' * 64}&token={'0' * 32}"
@@ -82,3 +83,11 @@ def test_the_keys_of_an_excerpt_of_the_configuration_exist() -> None:
     }
     assert keys
     assert keys <= {(section.id, key) for section in sections for key in section.keys}
+
+
+def test_the_readme_names_this_version_and_one_place_to_replace() -> None:
+    readme = (ROOT / "README.md").read_text()
+    assert set(re.findall(r"\b\d+\.\d+\.\d+\b", readme)) == {VERSION}
+    shown = "\n".join(line for file in files("*.md") for line in commands(file.read_text()))
+    assert shown.count("REPOSITORY") == 1
+    assert "example.com" not in shown

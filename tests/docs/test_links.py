@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
-from document import ROOT, files
+import pytest
+
+from document import ROOT, blocks, files, without_spacing
 
 _LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(([^()\s]+)\)")
 # `folder/file.py:name`, the way documents name a place in the code.
@@ -82,3 +84,29 @@ def test_lines_that_a_document_shows_of_a_file_are_in_it() -> None:
     for name, code in quotes:
         lines = (ROOT / name).read_text().splitlines()
         assert [line for line in code.splitlines() if line not in lines] == [], name
+
+
+# `tests/aar` compiles the Kotlin, `tests/unity/run.sh` the C#. The receiver runs the Python.
+_COMPILED = {
+    "kotlin": "ml2-sensors-aar/sample/src/main/kotlin/dev/ml2sensors/sample/ReadmeExamples.kt",
+    "csharp": "unity_package/Tests/Mono~/DocumentedExamples.cs",
+}
+
+
+@pytest.mark.parametrize("language", _COMPILED)
+def test_each_line_of_an_example_in_the_readme_is_compiled(language: str) -> None:
+    compiled = {
+        without_spacing(line) for line in (ROOT / _COMPILED[language]).read_text().splitlines()
+    }
+    (example,) = blocks((ROOT / "README.md").read_text(), language)
+    lines = example.splitlines()
+    assert len(lines) == 5
+    assert [line for line in lines if without_spacing(line) not in compiled] == []
+
+
+def test_who_helps_with_a_headset_begins_with_the_first_assumptions() -> None:
+    asked = re.findall(r"^- \[ \] \*\*(.+?)\*\*", (ROOT / "README.md").read_text(), re.MULTILINE)
+    page = (ROOT / "docs/unconfirmed.md").read_text()
+    rows = re.findall(r"^\| (.+?) \|", page, re.MULTILINE)
+    assert len(asked) == 4
+    assert rows[1:5] == asked  # the first is the head of the table

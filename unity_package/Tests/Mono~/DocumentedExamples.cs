@@ -3,7 +3,7 @@ using UnityEngine;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>The examples in the documents; tests/docs/test_examples.py compares both texts.</summary>
+    /// <summary>The examples in the documents; tests/docs/test_links.py compares both texts.</summary>
     internal static class DocumentedExamples
     {
         internal static void Stream(Ml2SensorStreamer streamer, string uri)
