@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,19 @@ SENT = {topic.name: topic.type for it in TABLE.streams.values() for topic in it.
 TYPES = {
     "rviz_default_plugins/Image": {"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"},
     "rviz_default_plugins/PointCloud2": {"sensor_msgs/msg/PointCloud2"},
+    "rviz_default_plugins/Pose": {"geometry_msgs/msg/PoseStamped"},
+    "rviz_default_plugins/PoseArray": {"geometry_msgs/msg/PoseArray"},
 }
+
+
+CONFIG = """
+/**:
+  ros__parameters:
+    world_left: {enabled: true}
+    world_right: {enabled: true, format: h264}
+    depth_center: {enabled: true, format: depth16, confidence: true}
+    hands: {enabled: true}
+"""
 
 
 def written(folder: Path, *options: str) -> Any:
@@ -29,9 +42,15 @@ def written(folder: Path, *options: str) -> Any:
     return yaml.safe_load(file.read_text())["Visualization Manager"]
 
 
-def shown(manager: Any) -> dict[str, str]:
+def shown(manager: Any, *, is_on: bool = False) -> dict[str, str]:
     """The class of the display of each topic."""
-    return {it["Topic"]["Value"]: it["Class"] for it in manager["Displays"] if "Topic" in it}
+    displays = [it for it in manager["Displays"] if "Topic" in it and it["Enabled"] >= is_on]
+    return {it["Topic"]["Value"]: it["Class"] for it in displays}
+
+
+def needs(text: str) -> dict[str, str]:
+    """What is said of each display."""
+    return dict(re.split(r" +needs | +(?=is on)", it) for it in text.splitlines()[3:])
 
 
 def test_it_shows_topics_and_frames_of_the_named_receiver(tmp_path: Path) -> None:
@@ -48,25 +67,31 @@ def test_each_topic_is_one_that_is_sent_or_made_and_that_rviz_shows(tmp_path: Pa
         assert (SENT | MADE)[topic.removeprefix("/magic_leap2/")] in TYPES[display]
 
 
-def test_what_each_display_needs_is_said(
+def test_what_a_new_user_has_is_seen_at_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    manager = written(tmp_path, "--name", "robot1")
-    said = dict(
-        line.split(" needs ") for line in capsys.readouterr().out.splitlines() if " needs " in line
-    )
-    said = {display.strip(): needs for display, needs in said.items()}
+    topic = "/magic_leap2/world_center/image_raw/compressed"
+    assert shown(written(tmp_path), is_on=True) == {topic: "rviz_default_plugins/Image"}
+    assert needs(capsys.readouterr().out)["world_center"] == "is on"
+
+
+def test_displays_are_on_for_what_the_configuration_publishes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "my.yaml").write_text(CONFIG)
+    manager = written(tmp_path, "--config", str(tmp_path / "my.yaml"), "--name", "robot1")
+    on = [it.removeprefix("/robot1/magic_leap2/") for it in shown(manager, is_on=True)]
+    depth = "depth/image_raw/compressedDepth"
+    assert on == ["world_left/image_raw", depth, "depth/confidence", "hand_left", "hand_right"]
+    (display,) = (it for it in manager["Displays"] if it["Name"] == "depth")
+    assert display["Max Value"] == 5000  # mm, as depth16 has them
+    said = needs(capsys.readouterr().out)
     assert said.keys() == {it["Name"] for it in manager["Displays"]} - {"Grid"}
-    products = " and `ml2-receiver products --name robot1`"
-    assert said["Depth points"] == f"depth_center.enabled=true{products}"
-    needed_in = "with the format {} also `ml2-receiver products --name robot1`"
-    assert said["World, left"] == f"world_left.enabled=true, {needed_in.format('jpeg')}"
-    assert said["Depth"] == f"depth_center.enabled=true, {needed_in.format('depth16')}"
-    assert said["Colour"] == "picture_center.enabled=true"
-    for display in manager["Displays"]:
-        topic = display.get("Topic", {"Value": ""})["Value"].split("/", 3)[-1]
-        is_made = topic in MADE and topic not in SENT
-        assert (products in said.get(display["Name"], "")) == is_made
+    assert said["world_center"] == "world_center.enabled=true"
+    assert said["world_right"] == "world_right.format=Grayscale"
+    assert said["mixed_reality"] == "picture_center.enabled=true picture_center.stream=1"
+    assert said["infra"] == "depth_center.format=DepthRaw"
+    assert said["depth/points"] == "`ml2-receiver products --name robot1`"
 
 
 def test_a_file_that_is_there_is_kept(tmp_path: Path) -> None:
