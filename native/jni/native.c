@@ -151,19 +151,6 @@ static jobject bytes(JNIEnv *env, jclass class, jint stream, jint slot, jint off
     return (*env)->NewDirectByteBuffer(env, memory.data + offset, size_bytes);
 }
 
-static jobject map(JNIEnv *env, jclass class, jint size_bytes) {
-    (void)class;
-    ml2s_memory memory = size_bytes > 0 ? memory_map((uint64_t)size_bytes) : (ml2s_memory){NULL, 0};
-    return memory.data ? (*env)->NewDirectByteBuffer(env, memory.data, size_bytes) : NULL;
-}
-
-static void unmap(JNIEnv *env, jclass class, jobject buffer) {
-    (void)class;
-    ml2s_memory memory = {(*env)->GetDirectBufferAddress(env, buffer),
-                          (uint64_t)(*env)->GetDirectBufferCapacity(env, buffer)};
-    memory_unmap(&memory);
-}
-
 static jlong mapped_bytes(JNIEnv *env, jclass class) {
     (void)env, (void)class;
     return (jlong)memory_mapped_bytes();
@@ -272,8 +259,6 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("retire", "(I)V", retire),
         METHOD("take", "(II)I", take),
         METHOD("bytes", "(IIII)Ljava/nio/ByteBuffer;", bytes),
-        METHOD("map", "(I)Ljava/nio/ByteBuffer;", map),
-        METHOD("unmap", "(Ljava/nio/ByteBuffer;)V", unmap),
         METHOD("mappedBytes", "()J", mapped_bytes),
         METHOD("publish", "(Ljava/nio/ByteBuffer;I)V", publish),
         METHOD("unpublish", "(I)V", unpublish),

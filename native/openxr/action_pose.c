@@ -4,9 +4,6 @@
 #include "runtime.h"
 
 ml2s_result action_pose_end(struct action_pose *pose, ml2s_error *error) {
-    if (!pose->space) {
-        return ML2S_OK;
-    }
     ml2s_result result = XR_CALL(error, core, xrDestroySpace, pose->space);
     pose->space = XR_NULL_HANDLE;
     return xr_end(result, error);

@@ -9,7 +9,7 @@ struct action_pose {
     XrSpace space;   /**< Of actions_create_space. */
 };
 
-/** Destroys the space and releases the session, unless there is no space. */
+/** Destroys the space and releases the session. */
 ml2s_result action_pose_end(struct action_pose *pose, ml2s_error *error);
 
 /** Returns the current pose, which can be untracked. */

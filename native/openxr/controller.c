@@ -28,15 +28,11 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
 }
 
 const struct source_ops openxr_controller = {
-    .require = xr_require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
-
-static bool is_input_open;
+    .require = xr_require, .open = begin, .poll_poses = poll_poses, .close = end};
 
 static ml2s_result prepare_input(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    ml2s_result result = actions_attach(ACTION_CONTROLLER, "controller", error);
-    is_input_open = !result;
-    return result;
+    return actions_attach(ACTION_CONTROLLER, "controller", error);
 }
 
 static ml2s_result begin_input(const ml2s_settings *settings, ml2s_error *error) {
@@ -45,10 +41,6 @@ static ml2s_result begin_input(const ml2s_settings *settings, ml2s_error *error)
 
 static ml2s_result end_input(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (!is_input_open) {
-        return ML2S_OK;
-    }
-    is_input_open = false;
     return xr_end(ML2S_OK, error);
 }
 
@@ -89,9 +81,5 @@ static ml2s_result poll_input(const ml2s_settings *settings, ml2s_input *input, 
     return read_buttons(input, error);
 }
 
-const struct source_ops openxr_controller_input = {.require = xr_require,
-                                                   .open = begin_input,
-                                                   .poll_input = poll_input,
-                                                   .pause = end_input,
-                                                   .resume = begin_input,
-                                                   .close = end_input};
+const struct source_ops openxr_controller_input = {
+    .require = xr_require, .open = begin_input, .poll_input = poll_input, .close = end_input};

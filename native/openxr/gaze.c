@@ -40,5 +40,4 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     return action_pose_poll(&gaze, poses, error);
 }
 
-const struct source_ops openxr_gaze = {
-    .require = xr_require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
+const struct source_ops openxr_gaze = {.require = xr_require, .open = begin, .poll_poses = poll_poses, .close = end};

@@ -12,7 +12,6 @@ static const struct {
 } hands[HANDS] = {{ML2S_STREAM_HAND_LEFT, XR_HAND_LEFT_EXT}, {ML2S_STREAM_HAND_RIGHT, XR_HAND_RIGHT_EXT}};
 
 static XrHandTrackerEXT trackers[HANDS];
-static bool is_open;
 
 static ml2s_result check_system(ml2s_error *error) {
     XrSystemHandTrackingPropertiesEXT tracking = {.type = XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT};
@@ -43,7 +42,6 @@ static ml2s_result create_trackers(const ml2s_settings *settings, ml2s_error *er
                                            XR_HAND_JOINT_SET_DEFAULT_EXT};
         result = XR_CALL(error, hands, xrCreateHandTrackerEXT, xr.session, &info, &trackers[i]);
     }
-    is_open = !result;
     if (result) {
         destroy_trackers(NULL);
     }
@@ -56,10 +54,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (!is_open) {
-        return ML2S_OK;
-    }
-    is_open = false;
     return xr_end(destroy_trackers(error), error);
 }
 
@@ -95,5 +89,4 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     return result;
 }
 
-const struct source_ops openxr_hands = {
-    .require = xr_require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
+const struct source_ops openxr_hands = {.require = xr_require, .open = begin, .poll_poses = poll_poses, .close = end};

@@ -22,9 +22,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (!view) {
-        return ML2S_OK;
-    }
     ml2s_result result = XR_CALL(error, core, xrDestroySpace, view);
     view = XR_NULL_HANDLE;
     return xr_end(result, error);
@@ -55,5 +52,4 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     return ML2S_OK;
 }
 
-const struct source_ops openxr_head = {
-    .require = xr_require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
+const struct source_ops openxr_head = {.require = xr_require, .open = begin, .poll_poses = poll_poses, .close = end};

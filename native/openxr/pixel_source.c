@@ -34,7 +34,6 @@ static const struct {
 static struct source {
     struct pixel_sensor sensors[SOURCE_MAX_FRAMES];
     uint32_t count;
-    bool is_open;
     ml2s_settings settings; /**< The current settings. */
     ml2s_error lost;        /**< Why an open source has no sensors. */
 } sources[ML2S_SENSOR_HANDS + 1];
@@ -86,7 +85,6 @@ static ml2s_result start(const ml2s_settings *settings, ml2s_error *error) {
         source->count++;
     }
     source->settings = *settings;
-    source->is_open = true;
     return ML2S_OK;
 }
 
@@ -96,10 +94,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     struct source *source = &sources[settings->sensor];
-    if (!source->is_open) {
-        return ML2S_OK;
-    }
-    source->is_open = false;
     return xr_end(stop(source, error), error);
 }
 
@@ -166,10 +160,5 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     return result;
 }
 
-const struct source_ops openxr_pixels = {.require = xr_require,
-                                         .open = begin,
-                                         .configure = configure,
-                                         .poll = poll,
-                                         .pause = end,
-                                         .resume = begin,
-                                         .close = end};
+const struct source_ops openxr_pixels = {
+    .require = xr_require, .open = begin, .configure = configure, .poll = poll, .close = end};

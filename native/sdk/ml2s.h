@@ -29,7 +29,7 @@ extern "C" {
 #endif
 
 #define ML2S_API __attribute__((visibility("default")))
-#define ML2S_ABI_VERSION 1u
+#define ML2S_ABI_VERSION 2u
 #define ML2S_MAX_SLOTS 8u
 #define ML2S_NO_SLOT UINT32_MAX
 /** `stream | ML2S_ENCODED` names a stream's slots for encoded images, a second set beside those of its frames. */
@@ -234,7 +234,7 @@ ML2S_API ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, 
 
 /**
  * Changes streams or values of an open sensor. After a failure the previous ones continue. If the device does not start
- * them again either, each ml2s_poll fails until the sensor is closed and opened again, or paused and resumed.
+ * them again either, each ml2s_poll fails until the sensor is closed and opened again.
  */
 ML2S_API ml2s_result ml2s_configure(ml2s_handle handle, const ml2s_settings *settings, ml2s_error *error);
 
@@ -256,7 +256,7 @@ ML2S_API ml2s_result ml2s_poll(ml2s_handle handle, uint64_t timeout_nanos, ml2s_
 ML2S_API ml2s_result ml2s_poll_poses(ml2s_handle handle, ml2s_pose *poses, uint32_t capacity, uint32_t *count,
                                      ml2s_error *error);
 
-/** Returns the current buttons, trigger and touchpad of CONTROLLER_INPUT. ML2S_TIMEOUT while the handle is paused. */
+/** Returns the current buttons, trigger and touchpad of CONTROLLER_INPUT. */
 ML2S_API ml2s_result ml2s_poll_input(ml2s_handle handle, ml2s_input *input, ml2s_error *error);
 
 /** Returns the pose of the colour camera at device_nanos. The device keeps a short history: call it for each new frame.
@@ -269,12 +269,6 @@ ML2S_API ml2s_result ml2s_color_pose(ml2s_handle handle, int64_t device_nanos, m
  */
 ML2S_API ml2s_result ml2s_list_rates(ml2s_handle handle, uint32_t *rates_hz, uint32_t capacity, uint32_t *count,
                                      ml2s_error *error);
-
-/** Releases the device while the app is in the background. Polls then time out. */
-ML2S_API ml2s_result ml2s_pause(ml2s_handle handle, ml2s_error *error);
-
-/** Opens the device again after ml2s_pause. */
-ML2S_API ml2s_result ml2s_resume(ml2s_handle handle, ml2s_error *error);
 
 /** Closes the handle, also if it returns a failure. Leased slots stay valid. */
 ML2S_API ml2s_result ml2s_close(ml2s_handle handle, ml2s_error *error);

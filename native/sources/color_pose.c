@@ -21,9 +21,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (camera_tracker == ML_INVALID_HANDLE) {
-        return ML2S_OK;
-    }
     return head_tracker_close_after(SDK_CALL(error, cv, MLCVCameraTrackingDestroy, camera_tracker), &camera_tracker,
                                     &head_tracker, error);
 }
@@ -44,5 +41,4 @@ static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nano
     return ML2S_OK;
 }
 
-const struct source_ops source_color_pose = {
-    .require = require, .open = begin, .color_pose = color_pose, .pause = end, .resume = begin, .close = end};
+const struct source_ops source_color_pose = {.require = require, .open = begin, .color_pose = color_pose, .close = end};

@@ -23,9 +23,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (tracker == ML_INVALID_HANDLE) {
-        return ML2S_OK;
-    }
     return head_tracker_close_after(SDK_CALL(error, controller, MLControllerDestroy, tracker), &tracker, &head_tracker,
                                     error);
 }
@@ -60,8 +57,7 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
                                                            : ML2S_OK;
 }
 
-const struct source_ops source_controller = {
-    .require = require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
+const struct source_ops source_controller = {.require = require, .open = begin, .poll_poses = poll_poses, .close = end};
 
 static MLHandle input_tracker = ML_INVALID_HANDLE;
 
@@ -78,9 +74,6 @@ static ml2s_result begin_input(const ml2s_settings *settings, ml2s_error *error)
 
 static ml2s_result end_input(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (input_tracker == ML_INVALID_HANDLE) {
-        return ML2S_OK;
-    }
     ml2s_result result = SDK_CALL(error, input, MLInputDestroy, input_tracker);
     input_tracker = ML_INVALID_HANDLE;
     return result;
@@ -121,9 +114,5 @@ static ml2s_result poll_input(const ml2s_settings *settings, ml2s_input *input, 
     return states[0].is_connected ? copy_input(&states[0], input, error) : ML2S_OK;
 }
 
-const struct source_ops source_controller_input = {.require = require_input,
-                                                   .open = begin_input,
-                                                   .poll_input = poll_input,
-                                                   .pause = end_input,
-                                                   .resume = begin_input,
-                                                   .close = end_input};
+const struct source_ops source_controller_input = {
+    .require = require_input, .open = begin_input, .poll_input = poll_input, .close = end_input};

@@ -63,9 +63,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (camera == ML_INVALID_HANDLE) {
-        return ML2S_OK;
-    }
     ml2s_result result = SDK_CALL(error, depth, MLDepthCameraDisconnect, camera);
     camera = ML_INVALID_HANDLE;
     return result;
@@ -217,11 +214,5 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     return SDK_CALL(error, depth, MLDepthCameraReleaseDepthData, camera, &data);
 }
 
-const struct source_ops source_depth = {.require = require,
-                                        .open = begin,
-                                        .configure = configure,
-                                        .poll = poll,
-                                        .list_rates = list_rates,
-                                        .pause = end,
-                                        .resume = begin,
-                                        .close = end};
+const struct source_ops source_depth = {
+    .require = require, .open = begin, .configure = configure, .poll = poll, .list_rates = list_rates, .close = end};

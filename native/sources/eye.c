@@ -50,9 +50,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (cameras == ML_INVALID_HANDLE) {
-        return ML2S_OK;
-    }
     ml2s_result result = SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras);
     cameras = ML_INVALID_HANDLE;
     return result;
@@ -124,10 +121,5 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     return SDK_CALL(error, eye, MLEyeCameraReleaseCameraData, cameras, &data);
 }
 
-const struct source_ops source_eye = {.require = require,
-                                      .open = begin,
-                                      .configure = configure,
-                                      .poll = poll,
-                                      .pause = end,
-                                      .resume = begin,
-                                      .close = end};
+const struct source_ops source_eye = {
+    .require = require, .open = begin, .configure = configure, .poll = poll, .close = end};

@@ -14,9 +14,6 @@ static ml2s_result require(ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (tracker == ML_INVALID_HANDLE) {
-        return ML2S_OK;
-    }
     return head_tracker_close_after(SDK_CALL(error, eye_tracking, MLEyeTrackingDestroy, tracker), &tracker,
                                     &head_tracker, error);
 }
@@ -86,5 +83,4 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     return are_seen(&state) ? locate(poses, error) : ML2S_OK;
 }
 
-const struct source_ops source_gaze = {
-    .require = require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
+const struct source_ops source_gaze = {.require = require, .open = begin, .poll_poses = poll_poses, .close = end};

@@ -4,7 +4,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "../sdk/clock.h"
@@ -19,7 +18,6 @@ static struct handle {
     _Atomic ml2s_handle id; /**< 0: closed. */
     _Atomic pid_t owner;
     atomic_bool is_taken;
-    bool is_paused;
     const struct source_ops *ops;
     ml2s_settings settings;
     uint32_t odd_captures; /**< Captures in a row without a usable frame. */
@@ -81,9 +79,9 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
     }
     handle->ops = ops;
     handle->settings = *settings;
-    handle->is_paused = false;
     handle->odd_captures = 0;
     handle->odd_error = (ml2s_error){.struct_size = sizeof(ml2s_error)};
+    clock_resample();
     frameset_forget_sizes(settings->streams);
     result = handle->ops->open(&handle->settings, error);
     if (result) {
@@ -107,17 +105,11 @@ ml2s_result ml2s_configure(ml2s_handle id, const ml2s_settings *settings, ml2s_e
         return error_set(error, ML2S_INVALID_ARGUMENT, 0,
                          "ml2s_configure: the sensor or backend differs from that of the handle; open another one");
     }
-    bool needs_change = !handle->is_paused && handle->ops->configure;
-    result = needs_change ? handle->ops->configure(settings, error) : ML2S_OK;
+    result = handle->ops->configure ? handle->ops->configure(settings, error) : ML2S_OK;
     if (!result) {
         handle->settings = *settings;
     }
     return result;
-}
-
-static void wait(uint64_t nanos) {
-    struct timespec time = {(time_t)(nanos / 1000000000), (long)(nanos % 1000000000)};
-    nanosleep(&time, NULL);
 }
 
 /** Copies count structures of size bytes into those of the caller, which can be larger. */
@@ -142,10 +134,6 @@ ml2s_result ml2s_poll(ml2s_handle id, uint64_t timeout_nanos, ml2s_frame *frames
                          "ml2s_poll: the sensor gives no frames, or frames, capacity or count is 0");
     }
     *count = 0;
-    if (handle->is_paused) {
-        wait(timeout_nanos);
-        return ML2S_TIMEOUT;
-    }
     if (handle->odd_captures == ML2S_MOST_ODD_CAPTURES) {
         handle->odd_captures = 0;
         return error_set(error, ML2S_VENDOR_FAILURE, handle->odd_error.vendor_code,
@@ -180,9 +168,6 @@ ml2s_result ml2s_poll_poses(ml2s_handle id, ml2s_pose *poses, uint32_t capacity,
                          "ml2s_poll_poses: the sensor gives no poses, or poses, capacity or count is 0");
     }
     *count = 0;
-    if (handle->is_paused) {
-        return ML2S_TIMEOUT;
-    }
     ml2s_pose found[SOURCE_MAX_POSES];
     uint32_t found_count = 0;
     result = handle->ops->poll_poses(&handle->settings, found, &found_count, error);
@@ -203,9 +188,6 @@ ml2s_result ml2s_poll_input(ml2s_handle id, ml2s_input *input, ml2s_error *error
         return error_set(error, ML2S_INVALID_ARGUMENT, 0,
                          "ml2s_poll_input: the sensor has no buttons, or input is null or too small");
     }
-    if (handle->is_paused) {
-        return ML2S_TIMEOUT;
-    }
     ml2s_input found;
     result = handle->ops->poll_input(&handle->settings, &found, error);
     if (!result) {
@@ -224,9 +206,6 @@ ml2s_result ml2s_color_pose(ml2s_handle id, int64_t device_nanos, ml2s_pose *pos
         return error_set(error, ML2S_INVALID_ARGUMENT, 0,
                          "ml2s_color_pose: the sensor gives no colour pose, or pose is null");
     }
-    if (handle->is_paused) {
-        return error_set(error, ML2S_NO_POSE, 0, "the handle is paused: call ml2s_resume first");
-    }
     ml2s_pose found;
     result = handle->ops->color_pose(&handle->settings, device_nanos, &found, error);
     if (!result) {
@@ -241,34 +220,12 @@ ml2s_result ml2s_list_rates(ml2s_handle id, uint32_t *rates_hz, uint32_t capacit
     if (result) {
         return result;
     }
-    if (!handle->ops->list_rates || handle->is_paused || !rates_hz || !count) {
+    if (!handle->ops->list_rates || !rates_hz || !count) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0,
-                         "ml2s_list_rates: the sensor lists no rates, is paused, or rates_hz or count is null");
+                         "ml2s_list_rates: the sensor lists no rates, or rates_hz or count is null");
     }
     *count = 0;
     return handle->ops->list_rates(&handle->settings, rates_hz, capacity, count, error);
-}
-
-ml2s_result ml2s_pause(ml2s_handle id, ml2s_error *error) {
-    struct handle *handle;
-    ml2s_result result = find(id, &handle, error);
-    if (result || handle->is_paused) {
-        return result;
-    }
-    handle->is_paused = true;
-    return handle->ops->pause(&handle->settings, error);
-}
-
-ml2s_result ml2s_resume(ml2s_handle id, ml2s_error *error) {
-    struct handle *handle;
-    ml2s_result result = find(id, &handle, error);
-    if (result || !handle->is_paused) {
-        return result;
-    }
-    clock_resample();
-    result = handle->ops->resume(&handle->settings, error);
-    handle->is_paused = result != ML2S_OK;
-    return result;
 }
 
 ml2s_result ml2s_close(ml2s_handle id, ml2s_error *error) {

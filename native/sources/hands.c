@@ -28,9 +28,6 @@ static ml2s_result require(ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    if (tracker == ML_INVALID_HANDLE) {
-        return ML2S_OK;
-    }
     return head_tracker_close_after(SDK_CALL(error, hand_tracking, MLHandTrackingDestroy, tracker), &tracker,
                                     &head_tracker, error);
 }
@@ -97,5 +94,4 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
 
 _Static_assert(MLHandTrackingHandType_Count *JOINTS == SOURCE_MAX_POSES, "joints of two hands");
 
-const struct source_ops source_hands = {
-    .require = require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
+const struct source_ops source_hands = {.require = require, .open = begin, .poll_poses = poll_poses, .close = end};

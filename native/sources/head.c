@@ -72,5 +72,4 @@ _Static_assert((int)ML2S_TRACKING_LOST == (int)MLHeadTrackingMapEvent_Lost &&
                    (int)ML2S_TRACKING_NEW_SESSION == (int)MLHeadTrackingMapEvent_NewSession,
                "events of head tracking");
 
-const struct source_ops source_head = {
-    .require = require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
+const struct source_ops source_head = {.require = require, .open = begin, .poll_poses = poll_poses, .close = end};

@@ -23,9 +23,6 @@ ml2s_result head_tracker_close_after(ml2s_result result, MLHandle *other, MLHand
 }
 
 ml2s_result head_tracker_close(MLHandle *tracker, ml2s_error *error) {
-    if (*tracker == ML_INVALID_HANDLE) {
-        return ML2S_OK;
-    }
     ml2s_result result = SDK_CALL(error, head, MLHeadTrackingDestroy, *tracker);
     *tracker = ML_INVALID_HANDLE;
     return result;

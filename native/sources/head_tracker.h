@@ -15,5 +15,5 @@ ml2s_result head_tracker_close_on_failure(ml2s_result result, MLHandle *other, M
 /** Closes the head tracker after the other one was destroyed with result. Returns the first failure. */
 ml2s_result head_tracker_close_after(ml2s_result result, MLHandle *other, MLHandle *tracker, ml2s_error *error);
 
-/** Closes a head tracker and sets *tracker to ML_INVALID_HANDLE. Does nothing if it is not open. */
+/** Closes a head tracker and sets *tracker to ML_INVALID_HANDLE. */
 ml2s_result head_tracker_close(MLHandle *tracker, ml2s_error *error);

@@ -1,10 +1,9 @@
 /**
  * The operations of a sensor with one backend, called by the functions of handles.c.
  *
- * handles.c checks arguments, thread and state first. All calls come from the thread that opened the sensor. A paused
- * sensor gets only resume, with the latest settings, and close. A sensor is open at most once per backend, so a source
- * keeps its state in static memory. settings are always the current ones. An operation that a sensor does not have is
- * null.
+ * handles.c checks arguments, thread and state first. All calls come from the thread that opened the sensor. A sensor
+ * is open at most once per backend, so a source keeps its state in static memory. settings are always the current ones.
+ * An operation that a sensor does not have is null.
  */
 #pragma once
 
@@ -24,8 +23,8 @@ struct source_ops {
     ml2s_result (*open)(const ml2s_settings *settings, ml2s_error *error);
 
     /**
-     * Applies settings. After a failure the streams continue unchanged, or else each poll fails until pause or close.
-     * Null if only polls use the settings.
+     * Applies settings. After a failure the streams continue unchanged, or else each poll fails until close. Null if
+     * only polls use the settings.
      */
     ml2s_result (*configure)(const ml2s_settings *settings, ml2s_error *error);
 
@@ -44,13 +43,7 @@ struct source_ops {
 
     ml2s_result (*color_pose)(const ml2s_settings *settings, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error);
 
-    /** Releases the device. The source is paused afterwards, also after a failure. */
-    ml2s_result (*pause)(const ml2s_settings *settings, ml2s_error *error);
-
-    /** Starts the streams again. After a failure the source is still paused. */
-    ml2s_result (*resume)(const ml2s_settings *settings, ml2s_error *error);
-
-    /** Closes the source, also a paused one. It is closed afterwards, also after a failure. */
+    /** Closes the source. It is closed afterwards, also after a failure. */
     ml2s_result (*close)(const ml2s_settings *settings, ml2s_error *error);
 };
 

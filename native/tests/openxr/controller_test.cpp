@@ -83,19 +83,6 @@ TEST_P(Controller, AControllerThatIsNotConnectedHasNothingPressed) {
     EXPECT_EQ(found.trigger, 0);
 }
 
-TEST_P(Controller, APausedControllerIsGivenBackAndTakenAgain) {
-    Sensor posed(pose), pressed(input);
-    EXPECT_EQ(posed.pause(), ML2S_OK);
-    EXPECT_EQ(pressed.pause(), ML2S_OK);
-    EXPECT_EQ(counters().live_objects + sdkCounters().open_handles, 0u);
-    pressed.pollInput();
-    EXPECT_EQ(pressed.result, ML2S_TIMEOUT);
-    EXPECT_EQ(posed.resume(), ML2S_OK);
-    EXPECT_EQ(pressed.resume(), ML2S_OK);
-    tracked(posed);
-    EXPECT_TRUE(pressed.pollInput().is_connected);
-}
-
 TEST_P(Controller, PosesAreNotToBeHadFromTheButtonsNorButtonsFromThePose) {
     Sensor posed(pose), pressed(input);
     posed.pollInput();

@@ -330,21 +330,6 @@ TEST_F(Frames, AnUntrackedHeadsetGivesFramesWithoutPose) {
     EXPECT_FALSE(frame.has & ML2S_HAS_POSE);
 }
 
-TEST_F(Frames, APausedSensorIsTheDevicesUntilItResumes) {
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes);
-    Sensor eye(kEyeNasalLeft);
-    EXPECT_EQ(eye.pause(), ML2S_OK);
-    EXPECT_EQ(counters().live_objects, 0u);
-    EXPECT_EQ(eye.resume(), ML2S_OK);
-    EXPECT_NE(next(eye).slot, ML2S_NO_SLOT);
-}
-
-TEST_F(Frames, APausedSensorCanBeClosed) {
-    Sensor eye(kEyeNasalLeft);
-    EXPECT_EQ(eye.pause(), ML2S_OK);
-    EXPECT_EQ(eye.close(), ML2S_OK);
-}
-
 class RunningFrames : public OpenXr {
   protected:
     void SetUp() override {

@@ -164,10 +164,3 @@ TEST_F(Stopped, ASensorWithoutStreamsRunsWithSettingsThatTheDeviceTakes) {
     EXPECT_EQ(camera->configure(color(30, 640, 480)), ML2S_OK);
     expectFrameOf(*camera, 640);
 }
-
-TEST_F(Stopped, ASensorWithoutStreamsRunsAfterAPause) {
-    EXPECT_EQ(camera->pause(), ML2S_OK);
-    runtime("fault.sensor.taken", "");
-    EXPECT_EQ(camera->resume(), ML2S_OK);
-    expectFrameOf(*camera, 640);
-}

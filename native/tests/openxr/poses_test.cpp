@@ -119,19 +119,6 @@ TEST_P(Poses, AnUntrackedHeadsetTracksNeitherGazeNorHands) {
     }
 }
 
-TEST_P(Poses, APausedTrackerIsGivenBackAndTakenAgain) {
-    Sensor eyes(gaze), both(hands);
-    for (auto *sensor : {&eyes, &both}) {
-        EXPECT_EQ(sensor->pause(), ML2S_OK);
-    }
-    EXPECT_EQ(counters().live_objects + sdkCounters().open_handles, 0u);
-    for (auto *sensor : {&eyes, &both}) {
-        EXPECT_EQ(sensor->resume(), ML2S_OK);
-    }
-    tracked(eyes);
-    tracked(both, 52);
-}
-
 TEST_P(Poses, FramesAreNotToBeHadFromSensorsOfPoses) {
     Sensor sensor(head);
     EXPECT_TRUE(sensor.poll().empty());

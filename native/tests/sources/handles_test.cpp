@@ -56,8 +56,6 @@ TEST_F(Handles, OtherThreadsAreTurnedAwayFromEveryCall) {
         sensor.colorPose(0);
         EXPECT_EQ(sensor.result, ML2S_WRONG_THREAD);
         EXPECT_EQ(sensor.configure(settingsOf(ML2S_SENSOR_HEAD, kHead)), ML2S_WRONG_THREAD);
-        EXPECT_EQ(sensor.pause(), ML2S_WRONG_THREAD);
-        EXPECT_EQ(sensor.resume(), ML2S_WRONG_THREAD);
         EXPECT_EQ(sensor.close(), ML2S_WRONG_THREAD);
     }).join();
     EXPECT_EQ(script.calls.size(), calls);
@@ -176,41 +174,6 @@ TEST_F(Handles, APerceptionSystemThatDoesNotStartIsToldAndTriedAgain) {
     EXPECT_EQ(open(head), ML2S_OK);
 }
 
-TEST_F(Handles, APausedSensorIsDisconnectedAndTimesOutUntilItIsResumed) {
-    Sensor sensor(depth);
-    EXPECT_EQ(sensor.pause(), ML2S_OK);
-    EXPECT_EQ(sensor.pause(), ML2S_OK);
-    EXPECT_EQ(script.countOf("MLDepthCameraDisconnect"), 1);
-    EXPECT_TRUE(sensor.poll(1000).empty());
-    EXPECT_EQ(sensor.result, ML2S_TIMEOUT);
-    EXPECT_EQ(script.countOf("MLDepthCameraGetLatestDepthData"), 0);
-    EXPECT_EQ(sensor.resume(), ML2S_OK);
-    EXPECT_EQ(sensor.resume(), ML2S_OK);
-    EXPECT_EQ(script.countOf("MLDepthCameraConnect"), 2);
-    sensor.poll();
-    EXPECT_EQ(script.countOf("MLDepthCameraGetLatestDepthData"), 1);
-}
-
-TEST_F(Handles, SettingsOfAPausedSensorHoldWhenItIsResumed) {
-    Sensor sensor(depth);
-    EXPECT_EQ(sensor.pause(), ML2S_OK);
-    EXPECT_EQ(sensor.configure(settingsOf(ML2S_SENSOR_DEPTH, kDepth, kDepth)), ML2S_OK);
-    EXPECT_EQ(script.countOf("MLDepthCameraUpdateSettings"), 0);
-    EXPECT_EQ(sensor.resume(), ML2S_OK);
-    EXPECT_EQ(script.depthSettings.streams, uint32_t{MLDepthCameraStream_ShortRange});
-}
-
-TEST_F(Handles, AResumeThatFailsCanBeTriedAgain) {
-    Sensor sensor(depth);
-    EXPECT_EQ(sensor.pause(), ML2S_OK);
-    script.results["MLDepthCameraConnect"] = MLResult_UnspecifiedFailure;
-    EXPECT_EQ(sensor.resume(), ML2S_VENDOR_FAILURE);
-    sensor.poll();
-    EXPECT_EQ(sensor.result, ML2S_TIMEOUT) << "still paused";
-    script.results.clear();
-    EXPECT_EQ(sensor.resume(), ML2S_OK);
-}
-
 TEST_F(Handles, ADisconnectThatFailsIsToldAndTheSensorIsClosedAllTheSame) {
     script.results["MLDepthCameraDisconnect"] = MLResult_UnspecifiedFailure;
     Sensor sensor(depth);
@@ -218,13 +181,6 @@ TEST_F(Handles, ADisconnectThatFailsIsToldAndTheSensorIsClosedAllTheSame) {
     EXPECT_STREQ(sensor.error.message, "MLDepthCameraDisconnect: UnspecifiedFailure (4)");
     script.results.clear();
     EXPECT_EQ(open(depth), ML2S_OK);
-}
-
-TEST_F(Handles, APausedSensorIsClosedWithoutASecondDisconnect) {
-    Sensor sensor(depth);
-    EXPECT_EQ(sensor.pause(), ML2S_OK);
-    EXPECT_EQ(sensor.close(), ML2S_OK);
-    EXPECT_EQ(script.countOf("MLDepthCameraDisconnect"), 1);
 }
 
 TEST_F(Handles, LeasedSlotsStayValidWhenTheirSensorIsClosed) {

@@ -194,14 +194,3 @@ TEST_F(ColorPose, ADeniedCameraLeavesNothingOpen) {
     EXPECT_EQ(script.countOf("MLHeadTrackingDestroy"), 1);
     EXPECT_EQ(script.countOf("MLCVCameraTrackingDestroy"), 0);
 }
-
-TEST_F(ColorPose, APausedTrackerHasNoPose) {
-    Sensor sensor(settings);
-    EXPECT_EQ(sensor.pause(), ML2S_OK);
-    EXPECT_EQ(script.countOf("MLCVCameraTrackingDestroy"), 1);
-    sensor.colorPose(scripted::kOffsetNanos);
-    EXPECT_EQ(sensor.result, ML2S_NO_POSE);
-    EXPECT_EQ(sensor.resume(), ML2S_OK);
-    sensor.colorPose(scripted::kOffsetNanos);
-    EXPECT_EQ(sensor.result, ML2S_OK);
-}

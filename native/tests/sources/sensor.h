@@ -105,8 +105,6 @@ class Sensor {
         return pose;
     }
     ml2s_result configure(const ml2s_settings &settings) { return ml2s_configure(handle_, &settings, &error); }
-    ml2s_result pause() { return ml2s_pause(handle_, &error); }
-    ml2s_result resume() { return ml2s_resume(handle_, &error); }
     ml2s_result close() { return ml2s_close(handle_, &error); }
     ml2s_handle handle() const { return handle_; }
 

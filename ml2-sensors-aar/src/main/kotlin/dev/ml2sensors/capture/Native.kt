@@ -88,15 +88,7 @@ internal object Native {
     @JvmStatic
     external fun bytes(stream: Int, slot: Int, offset: Int, sizeBytes: Int): ByteBuffer
 
-    /** Maps memory outside of Java's heap until [unmap]; returns null if the system has none. */
-    @JvmStatic
-    external fun map(sizeBytes: Int): ByteBuffer?
-
-    /** Unmaps a whole [buffer] of [map]. It must not be used any more. */
-    @JvmStatic
-    external fun unmap(buffer: ByteBuffer)
-
-    /** Returns how many bytes are mapped now: slots, buffers of [map], and buffers for OpenXR's frames. */
+    /** Returns how many bytes are mapped now: slots, and buffers for OpenXR's frames. */
     @JvmStatic
     external fun mappedBytes(): Long
 
