@@ -69,11 +69,13 @@ def test_the_targets_of_make_exist() -> None:
 
 def test_the_keys_of_an_excerpt_of_the_configuration_exist() -> None:
     sections = load_table().sections.values()
-    documents = [ROOT / "host_receiver/README.md", ROOT / "docs/calibration.md"]
+    documents = [
+        ROOT / it for it in ("host_receiver/README.md", "docs/calibration.md", "docs/slam.md")
+    ]
     excerpts = [
         yaml.safe_load(it) for document in documents for it in blocks(document.read_text(), "yaml")
     ]
-    assert len(excerpts) == 2
+    assert len(excerpts) == 3
     sectioned = [it.get("/ml2_receiver", {"ros__parameters": it}) for it in excerpts]
     keys = {
         (section, key)
