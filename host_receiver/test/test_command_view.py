@@ -318,6 +318,44 @@ def test_run_starts_the_page_and_ends_it(config: Path) -> None:
             assert browser.end()[0] == 1001
 
 
+# A browser that prints its words, and the mode and the content of the file that they name.
+BROWSER = """
+echo "$*"
+stat --format %a "${1#file://}"
+cat "${1#file://}"
+echo
+"""
+
+
+def test_other_users_cannot_read_the_secret_in_the_words_of_the_browser(
+    bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    browser = tmp_path / "browser"
+    browser.write_text(BROWSER)
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setenv("BROWSER", f"sh {browser} %s")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    with Child("-m", "ml2_receiver", "view", str(bag)) as view:
+        address = view.first_line().removeprefix("open ")
+        words, mode, content = (view.line() for _ in range(3))
+        assert address.partition("#")[2] not in words
+        assert mode == "600"
+        assert f"0; url={address}" in content
+        assert view.end() == 0
+    assert list(tmp_path.glob("*.html")) == []
+
+
+def test_without_a_file_for_the_browser_the_address_is_there(
+    bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setenv("HOME", str(tmp_path / "none"))
+    with Child("-m", "ml2_receiver", "view", str(bag)) as view:
+        assert view.first_line().startswith("open http")
+        view.await_error("no browser is started: ")
+        assert view.end() == 0
+
+
 def test_a_port_in_use_is_named_with_what_to_do(watched: View) -> None:
     port = watched.url.rpartition(":")[2]
     with Child("-m", "ml2_receiver", "view", "--no-browser", "--port", port) as other:

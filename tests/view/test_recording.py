@@ -35,7 +35,10 @@ def walk(browser: Browser, lab: Lab, tmp_path_factory: pytest.TempPathFactory) -
     # The next recording of the lab shall be in a folder of its own.
     for command in (record, ["set", "record.folder="]):
         subprocess.run(
-            [RECEIVER, *command], env=lab.environment, check=True, stdout=subprocess.DEVNULL
+            [RECEIVER, *command],
+            env=lab.environment,
+            check=True,
+            stdout=subprocess.DEVNULL,
         )
     return folder
 
@@ -49,6 +52,15 @@ def page(browser: Browser, walk: Path) -> Iterator[Page]:
         page.goto(line_with(playing, "open ").split()[1])
         expect(page.locator("#facts")).to_contain_text("walk")
         yield page
+        page.context.close()
+
+
+def test_the_file_that_a_browser_gets_leads_to_the_page(browser: Browser, walk: Path) -> None:
+    environment = isolated_environment() | {"DISPLAY": ":0", "BROWSER": "echo %s"}
+    with process([RECEIVER, "view", walk], environment, walk.with_name("opened.log")) as opened:
+        page = new_page(browser)
+        page.goto(line_with(opened, "file:"))
+        expect(page.locator("#facts")).to_contain_text("walk")
         page.context.close()
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import webbrowser
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import TYPE_CHECKING
 
 from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args, port
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
     from ..viewing.view import View
 
 _LOOPBACK = "127.0.0.1"
+_REDIRECT = '<meta http-equiv="refresh" content="0; url={0}"><a href="{0}">ml2-receiver view</a>'
 _EPILOG = """\
 Run it next to `ml2-receiver run`, or name a recording, for which neither a receiver nor ROS is
 needed. The page is for browsers of this machine. The address has a secret: whoever has it can see
@@ -96,9 +100,9 @@ def _run(options: argparse.Namespace) -> int:
         server = ViewServer(listener, view, steered, token)
         try:
             print(f"open {address}", flush=True)
-            if not options.no_browser and _has_screen():
-                webbrowser.open(address)
-            stopping.wait()
+            is_shown = not options.no_browser and _has_screen()
+            with _browser(address) if is_shown else nullcontext():
+                stopping.wait()
         finally:
             server.close()
     return 0
@@ -149,6 +153,26 @@ def _recorded(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
         yield view, source
     finally:
         view.close()
+
+
+@contextmanager
+def _browser(address: str) -> Iterator[None]:
+    """Has a browser open a file that leads to the address; removes the file when left.
+
+    Other users of this machine can read the words of a browser, but not the file.
+    """
+    with ExitStack() as stack:
+        # Ubuntu's browsers are snaps, which can read neither /tmp nor hidden folders.
+        named = partial(NamedTemporaryFile, dir=Path.home(), prefix="ml2-view-", suffix=".html")
+        try:
+            file = stack.enter_context(named("w"))
+            file.write(_REDIRECT.format(address))
+            file.flush()
+        except OSError as error:
+            print(f"no browser is started: {error}", file=sys.stderr, flush=True)
+        else:
+            webbrowser.open(Path(file.name).as_uri())
+        yield
 
 
 def _has_screen() -> bool:
