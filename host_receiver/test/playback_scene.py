@@ -29,6 +29,7 @@ def receiving(
 ) -> Iterator[Server]:
     settings = ReceiverSettings("test", "test")
     server = Server(listen(("127.0.0.1", 0)), access or Everybody(), sink, request, settings)
+    server.start()
     try:
         yield server
     finally:

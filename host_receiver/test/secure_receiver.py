@@ -42,6 +42,7 @@ class SecureReceiver:
             REQUEST,
             ReceiverSettings("host", "test", limits=self.limits),
         )
+        server.start()
         self.servers.append(server)
         host, _, port = server.address.rpartition(":")
         return host, int(port)

@@ -1,14 +1,13 @@
 """A callback of the node that fails unexpectedly ends nothing else, and is reported."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
-
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.streams import Request
-from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.fan_out import FanOut
 from ml2_receiver.wire.messages import Link
 from mock_device import MockDevice
 from ros_processes import Client
@@ -17,6 +16,7 @@ from waiting import LIMIT_S
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from ml2_receiver.ros.node import RosNode
+from ml2_receiver.ros.sink import RosSink
 from ml2_tools.live.diagnostics_node import DiagnosticsNode
 
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
@@ -44,23 +44,24 @@ class FailingControl:
     def pause(self) -> None:
         pass
 
-    def request(self, request: Request, link: Link | None = None) -> None:
+    def request(self, request: Request, link: Link | None = None, *, is_lazy: bool = False) -> None:
         pass
 
     def test_link(self) -> None:
         pass
 
-    def update(self) -> None:
+    def demand(self, output: str, streams: Mapping[str, bool]) -> None:
         pass
 
 
 @pytest.fixture
 def node(config: Path, ros_of_children: None) -> Iterator[RosNode]:
     file = ConfigFile(config)
-    node = RosNode(load_table(), file.load(), [])
-    node.serve(FailingControl(), file)
-    yield node
-    node.close()
+    with (
+        RosNode(file.load(), []) as node,
+        RosSink(node, FailingControl(), file, lambda _: None, FanOut([])),
+    ):
+        yield node
 
 
 def test_a_service_answers_that_it_failed_and_goes_on(node: RosNode) -> None:

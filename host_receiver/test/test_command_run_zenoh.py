@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
+from unittest.mock import create_autospec
 
 import pytest
 import zenoh
@@ -18,6 +19,7 @@ from fake_sink import FakeSink
 from ml2_receiver.commands.zenoh_start import zenoh_output
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.errors import ZenohError
+from ml2_receiver.topics.control import Control
 from ml2_receiver.topics.fan_out import FanOut
 from ml2_receiver.zenoh.configuration import session_configuration
 from mock_device import MockDevice
@@ -267,7 +269,8 @@ def test_plaintext_to_another_machine_is_warned_of(
     capsys: pytest.CaptureFixture[str], endpoint: str, is_warned: bool
 ) -> None:
     options = argparse.Namespace(zenoh=endpoint, zenoh_config=None)
-    zenoh_output(options, parse_config(CONFIG.encode()), FanOut([FakeSink()]), lambda: False)
+    sinks, control = FanOut([FakeSink()]), create_autospec(Control)
+    zenoh_output(options, parse_config(CONFIG.encode()), sinks, control)
     error = capsys.readouterr().err
     assert (f"WARNING: {endpoint.partition('#')[0]}: no encryption" in error) == is_warned
     assert "iface" not in error

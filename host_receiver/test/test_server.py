@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
-
 from fake_sink import FakeSink
 from ml2_receiver.errors import ListenError
 from ml2_receiver.session.report import State
@@ -29,7 +28,7 @@ INFO = "world_left/camera_info"
 
 
 def serve(sink: FakeSink, limits: Limits, *, is_paused: bool = False) -> Server:
-    return Server(
+    server = Server(
         listen(("127.0.0.1", 0)),
         Everybody(),
         sink,
@@ -37,6 +36,8 @@ def serve(sink: FakeSink, limits: Limits, *, is_paused: bool = False) -> Server:
         ReceiverSettings("host", "test", limits=limits),
         is_paused=is_paused,
     )
+    server.start()
+    return server
 
 
 @pytest.fixture
@@ -149,6 +150,7 @@ def test_what_nobody_expects_ends_neither_accepting_nor_the_timer(
     sink, access = kind(), Failing()
     settings = ReceiverSettings("host", "test", limits=Limits())
     server = Server(listen(("127.0.0.1", 0)), access, sink, REQUEST, settings)
+    server.start()
     host, _, port = server.address.rpartition(":")
     try:
         with socket.create_connection((host, int(port)), LIMIT_S) as refused:

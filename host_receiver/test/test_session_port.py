@@ -1,14 +1,14 @@
 """Choosing the address at which headsets connect."""
 
 from argparse import Namespace
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-
 from fake_sink import FakeSink
 from free_port import reserve_port
 from ml2_receiver.commands import session_port
-from ml2_receiver.commands.receiving import serving
+from ml2_receiver.commands.receiving import new_server, running
 from ml2_receiver.commands.session_port import SessionPort
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.security.paired_devices import PairedDevices
@@ -77,10 +77,9 @@ def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
     tmp_path: Path, port: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     config = parse_config(b"/**: {ros__parameters: {battery: {enabled: true}}}")
-    with (
-        SessionPort(options(tmp_path / "keys")) as way_in,
-        serving(way_in, config, FakeSink()) as server,
-    ):
+    with SessionPort(options(tmp_path / "keys")) as way_in, ExitStack() as stack:
+        server = new_server(way_in, config, FakeSink())
+        stack.enter_context(running(server, way_in))
         assert server.address == f"127.0.0.1:{port}"
         certificate = Certificate(tmp_path / "a", "a")
         PairedDevices(tmp_path / "keys").add("a", "a", certificate.der)

@@ -29,7 +29,7 @@ from ml2_receiver.ros.fastdds import apply_default_profile
 from ml2_receiver.session.server import Server
 from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.sink import Sink
-from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.fan_out import FanOut
 from ml2_receiver.topics.message_types import message_class
 from ml2_receiver.transport.access import Access, Everybody, PairedOnly
 from ml2_receiver.transport.listener import listen
@@ -42,22 +42,20 @@ _TIMEOUT_S = 20.0
 def play_receiver() -> None:
     """Runs the sockets and the ROS node of `ml2-receiver run`."""
     from ml2_receiver.ros.node import RosNode
+    from ml2_receiver.ros.sink import RosSink
 
-    node = RosNode(load_table(), parse_config(CONFIG), [])
-    server = bench_server(node, Everybody())
-    node.serve(server, ConfigFile(Path("bench.yaml")))
-    print(server.address, flush=True)
-    answer(lambda: received(server))
-    server.stop()
-    node.close()
+    sinks = FanOut([])
+    server = bench_server(sinks, Everybody())
+    with (
+        RosNode(parse_config(CONFIG), []) as node,
+        RosSink(node, server, ConfigFile(Path("bench.yaml")), lambda _: None, sinks),
+    ):
+        receive(server)
 
 
 def play_session(keys: str = "") -> None:
     """Runs a receiver without ROS, for the device paired in the folder `keys`, or in plaintext."""
-    server = bench_server(PrintedEvents(), PairedOnly(Path(keys)) if keys else Everybody())
-    print(server.address, flush=True)
-    answer(lambda: received(server))
-    server.stop()
+    receive(bench_server(PrintedEvents(), PairedOnly(Path(keys)) if keys else Everybody()))
 
 
 def bench_server(sink: Sink, access: Access) -> Server:
@@ -68,6 +66,13 @@ def bench_server(sink: Sink, access: Access) -> Server:
         REQUEST,
         ReceiverSettings("bench", "bench"),
     )
+
+
+def receive(server: Server) -> None:
+    server.start()
+    print(server.address, flush=True)
+    answer(lambda: received(server))
+    server.stop()
 
 
 def received(server: Server) -> int:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-
 from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
 from case_files import Vector, named
 from frame_bytes import frame
@@ -80,6 +79,7 @@ def receiver(sink: CountingSink) -> Iterator[Server]:
         request,
         ReceiverSettings("test", "test", limits=LIMITS),
     )
+    server.start()
     yield server
     server.stop()
 

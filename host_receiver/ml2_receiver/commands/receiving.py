@@ -2,8 +2,8 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Collection, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,10 +13,7 @@ from ..generated.version import VERSION
 from ..session.server import Server
 from ..session.settings import ReceiverSettings
 from ..session.sink import Sink
-from ..table.reader import load_table
-from ..topics.fan_out import FanOut
 from .options import add_file, add_ros_args, name
-from .printed_events import PrintedEvents
 from .ros_start import node_arguments, ros_needed
 from .session_port import SessionPort, add_insecure, add_keys
 
@@ -88,34 +85,17 @@ def print_ignored(config: Config, file: str) -> None:
         print(problem.located_in(file), file=sys.stderr)
 
 
-@contextmanager
-def ros_output(
-    config: Config, options: argparse.Namespace
-) -> "Iterator[tuple[Config, RosNode | None, FanOut]]":
-    """The configuration with ROS's parameters, the node, and the sink of all outputs.
-
-    The node has enough shared memory for images. With --no-ros there is none.
-    """
+def ros_node(config: Config, options: argparse.Namespace) -> "RosNode | None":
+    """The node, with enough shared memory for images; None with --no-ros."""
     if options.no_ros:
-        yield config, None, FanOut([PrintedEvents()])
-        return
+        return None
     with ros_needed():
         from ..ros.node import RosNode  # reads the profile
-    node = RosNode(load_table(), config, node_arguments(options.ros_args, config.name))
-    with closing(node):
-        yield node.config, node, FanOut([node])
+    return RosNode(config, node_arguments(options.ros_args, config.name))
 
 
-@contextmanager
-def serving(
-    port: SessionPort,
-    config: Config,
-    sink: Sink,
-    *,
-    is_paused: bool = False,
-    idle: Callable[[], Collection[str]] = tuple,
-) -> Iterator[Server]:
-    """A server that listens until left; the last arguments are the Server's."""
+def new_server(port: SessionPort, config: Config, sink: Sink, *, is_paused: bool = False) -> Server:
+    """The server of a command, which running() runs."""
     server = Server(
         port.listener,
         port.access,
@@ -123,12 +103,19 @@ def serving(
         config.requests,
         ReceiverSettings(port.name, f"ml2-receiver {VERSION}", config.frame_prefix, port.excluded),
         link=config.link,
+        is_lazy=config.is_lazy,
         is_paused=is_paused,
-        idle=idle,
         access_changed=lambda: port.follow(server),
     )
+    return server
+
+
+@contextmanager
+def running(server: Server, port: SessionPort) -> Iterator[None]:
+    """Headsets can connect until left."""
+    server.start()
     try:
-        yield server
+        yield
     finally:
         port.close()
         server.stop()

@@ -1,24 +1,20 @@
 """ml2-receiver run: publishes what a headset sends."""
 
 import argparse
-from collections.abc import Callable, Collection
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
 
 from ..configuration.forecast import images_mbit_per_s
 from ..configuration.link_fit import bound_mbit_per_s, link_in_words
 from ..topics.calibrated_sink import CalibratedSink
+from ..topics.fan_out import FanOut
 from .options import Subparsers
-from .receiving import add_options, config_file, load, ros_output, serving
+from .printed_events import PrintedEvents
+from .receiving import add_options, config_file, load, new_server, ros_node, running
 from .ros_start import topic_remappings
 from .session_port import SessionPort
 from .stopping import stop_signal
 from .view_beside import view_beside
 from .zenoh_start import add_zenoh, check, check_middleware, zenoh_output
-
-if TYPE_CHECKING:
-    from ..ros.node import RosNode
-    from ..zenoh.output import ZenohOutput
 
 _EPILOG = """\
 Headsets find it by its name where it listens on the network. Whatever follows --ros-args goes to
@@ -54,46 +50,31 @@ def _run(options: argparse.Namespace) -> int:
     file = config_file(options)
     config = load(file, options)
     with ExitStack() as stack:
-        session_port = stack.enter_context(SessionPort(options))
-        config, node, sinks = stack.enter_context(ros_output(config, options))
+        port = stack.enter_context(SessionPort(options))
+        node = ros_node(config, options)
         if node is not None:
+            stack.enter_context(node)
+            config = node.config
             check_middleware(node.middleware, options.zenoh)
-
-        def is_lazy() -> bool:
-            return bool((config if node is None else node.config).values["publish.lazy"])
-
-        remapped = str if node is None else node.remapped
-        zenoh = zenoh_output(options, config, sinks, is_lazy, remapped)
+        sinks = FanOut([PrintedEvents()] if node is None else [])
         sink = CalibratedSink(sinks, config.calibrations)
-        idle, is_paused = _idle(node, zenoh, is_lazy), options.start_paused
-        with serving(session_port, config, sink, is_paused=is_paused, idle=idle) as server:
-            if node is not None:
-                node.serve(server, file, sink.use, sinks)
-            if zenoh is not None:
-                stack.callback(zenoh.close)
-                zenoh.serve(server)
-            print(f"listening on {server.address}", flush=True)
-            print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
-            needs = images_mbit_per_s(config)
-            asked = {id: it for id, it in needs.items() if id not in session_port.excluded}
-            print(link_in_words(config, asked, bound_mbit_per_s(config)), flush=True)
-            if options.view:
-                remappings = topic_remappings(options.ros_args)
-                port = session_port.listener.getsockname()[1]
-                stack.enter_context(view_beside(options.name, options.keys, port, remappings))
-            stopping.wait()
-    return 0
-
-
-def _idle(
-    node: "RosNode | None", zenoh: "ZenohOutput | None", is_lazy: Callable[[], bool]
-) -> Callable[[], Collection[str]]:
-    """Returns a function that returns the streams that nobody needs at present."""
-
-    def idle() -> Collection[str]:
-        demand = {} if zenoh is None else zenoh.demand()
+        server = new_server(port, config, sink, is_paused=options.start_paused)
         if node is not None:
-            return node.idle_streams() - {stream for stream, wanted in demand.items() if wanted}
-        return {stream for stream, wanted in demand.items() if not wanted} if is_lazy() else ()
+            from ..ros.sink import RosSink
 
-    return idle
+            stack.enter_context(RosSink(node, server, file, sink.use, sinks))
+        remapped = str if node is None else node.remapped
+        if (zenoh := zenoh_output(options, config, sinks, server, remapped)) is not None:
+            stack.enter_context(zenoh)
+        stack.enter_context(running(server, port))
+        print(f"listening on {server.address}", flush=True)
+        print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
+        needs = images_mbit_per_s(config)
+        asked = {id: it for id, it in needs.items() if id not in port.excluded}
+        print(link_in_words(config, asked, bound_mbit_per_s(config)), flush=True)
+        if options.view:
+            remappings = topic_remappings(options.ros_args)
+            number = port.listener.getsockname()[1]
+            stack.enter_context(view_beside(options.name, options.keys, number, remappings))
+        stopping.wait()
+    return 0

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from ..configuration.config import Config
 from ..errors import PackageError, ZenohError
 from ..table.reader import load_table
+from ..topics.control import Control
 from ..topics.fan_out import FanOut
 
 if TYPE_CHECKING:
@@ -89,10 +90,10 @@ def zenoh_output(
     options: argparse.Namespace,
     config: Config,
     sinks: FanOut,
-    is_lazy: Callable[[], bool],
+    control: Control,
     remapped: Callable[[str], str] = str,
 ) -> "ZenohOutput | None":
-    """Returns the output, which is not connected yet, or None without --zenoh.
+    """Returns the output, to be entered, or None without --zenoh.
 
     Args:
         remapped: returns the name of a topic after the remappings of ROS's arguments.
@@ -119,7 +120,7 @@ def zenoh_output(
         router = options.zenoh.partition("#")[0]
         print(_PLAINTEXT.format(router), file=sys.stderr, flush=True)
     identity = Identity(config.name, config.prefix, _domain(), remapped)
-    return ZenohOutput(session, options.zenoh, identity, load_table(), sinks, is_lazy)
+    return ZenohOutput(session, options.zenoh, identity, load_table(), sinks, control)
 
 
 def _domain() -> int:

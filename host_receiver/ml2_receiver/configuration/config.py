@@ -65,6 +65,11 @@ class Config:
                 return Link(adapts=True, most_mbit_per_s=float(mbit_per_s))
 
     @property
+    def is_lazy(self) -> bool:
+        """True if streams rest that no output needs."""
+        return bool(self.values["publish.lazy"])
+
+    @property
     def calibrations(self) -> Mapping[str, Calibration]:
         """The user's calibrations by stream, of those that shall run."""
         streams = load_table().streams

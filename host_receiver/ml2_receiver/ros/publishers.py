@@ -2,7 +2,7 @@
 
 import threading
 from collections import defaultdict
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.exceptions import ParameterException
@@ -23,7 +23,8 @@ class Publishers:
 
     Args:
         takes_bytearray: see raw_publish().
-        matched: called by the node's executor when a subscriber has come or gone.
+        demand: is told, when topics or subscribers have come or gone, which streams have topics,
+            each with whether one of them has a subscriber.
     """
 
     def __init__(
@@ -33,10 +34,10 @@ class Publishers:
         prefix: str,
         *,
         takes_bytearray: bool,
-        matched: Callable[[], None],
+        demand: Callable[[Mapping[str, bool]], None],
     ) -> None:
         self._node, self._table, self._prefix = node, table, prefix
-        self._takes_bytearray, self._matched = takes_bytearray, matched
+        self._takes_bytearray, self._demand = takes_bytearray, demand
         self._lock = threading.Lock()
         self._publishers: dict[Topic, Publisher] = {}
 
@@ -51,32 +52,35 @@ class Publishers:
                 name = topic.full_name(self._prefix)
                 qos = self._table.qos[topic.qos]
                 try:
-                    publisher = create_publisher(self._node, name, topic.type, qos, self._matched)
+                    publisher = create_publisher(self._node, name, topic.type, qos, self._tell)
                 except (ImportError, ParameterException, RuntimeError) as error:
                     raise PublishError(f"{name} is not published: {error}") from error
                 self._publishers[topic] = publisher
-            return raw_publish(self._publishers[topic], self._takes_bytearray)
+            publish = raw_publish(self._publishers[topic], self._takes_bytearray)
+        self._tell()
+        return publish
 
     def keep_only(self, topics: Collection[Topic]) -> None:
         """Ends all other topics."""
         with self._lock:
             for topic in self._publishers.keys() - set(topics):
                 self._node.destroy_publisher(self._publishers.pop(topic))
+        self._tell()
 
     def subscribers(self) -> dict[Topic, int]:
         """Returns the number of subscribers of each topic."""
         with self._lock:
-            return {
-                topic: publisher.get_subscription_count()
-                for topic, publisher in self._publishers.items()
-            }
+            return self._subscribers()
 
-    def idle_streams(self) -> set[str]:
-        """The streams with topics, none of which has a subscriber."""
-        counts: defaultdict[str, int] = defaultdict(int)
-        for topic, count in self.subscribers().items():
-            counts[topic.stream] += count
-        return {stream for stream, count in counts.items() if not count}
+    def _subscribers(self) -> dict[Topic, int]:
+        return {topic: it.get_subscription_count() for topic, it in self._publishers.items()}
+
+    def _tell(self) -> None:
+        needed: defaultdict[str, bool] = defaultdict(bool)
+        with self._lock:  # so that the last to count is the last to tell
+            for topic, count in self._subscribers().items():
+                needed[topic.stream] |= count > 0
+            self._demand(needed)
 
 
 def create_publisher(

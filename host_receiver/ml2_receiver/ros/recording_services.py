@@ -13,6 +13,7 @@ from ..recording.options import RecordingOptions
 from ..recording.recorder import Progress
 from ..recording.recording import Recording, summary
 from ..session.report import Report
+from ..table.reader import load_table
 from ..topics.control import Control
 from ..topics.diagnostics import Level, Row
 from ..topics.fan_out import FanOut
@@ -89,7 +90,7 @@ class RecordingServices:
             folder, options, self._prefix, self._sinks, self._failed, self._control.report()
         )
         self._is_over = False
-        self._control.update()
+        self._need(True)
         self._sinks.event(f"recording into {folder}")
         return True, f"recording into {folder}"
 
@@ -100,14 +101,18 @@ class RecordingServices:
         recording.end()
         progress = recording.progress(self._control.report())
         self._is_over = True
-        self._control.update()
+        self._need(False)
         words = f"recorded into {recording.folder}: {summary(progress)}"
         if recording.failure is not None:
             return False, f"{words}; it ended early: {recording.failure}"
         self._sinks.event(words)
         return True, words
 
+    def _need(self, everything: bool) -> None:
+        self._control.demand("recording", dict.fromkeys(load_table().streams, everything))
+
     def _failed(self, reason: str) -> None:
+        self._need(False)
         self._sinks.event(f"the recording has ended: {reason}")
 
 

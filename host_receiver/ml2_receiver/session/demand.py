@@ -1,6 +1,6 @@
 """Which streams nobody needs at present, if subscribers come and go quickly."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Mapping
 
 # Opening a camera takes up to a second, and each change interrupts the lanes. Whoever may subscribe
 # in ROS or on Zenoh could cause it many times per second. A person who looks at one image after the
@@ -9,23 +9,28 @@ STAYS_S = 5.0
 
 
 class Demand:
-    """Lets a stream that a subscriber started run on for STAYS_S after the last one has gone.
+    """What the outputs need. A stream that some publish, and none needs, is idle.
 
-    A stream that ran before anybody needed it ends at once. Not thread-safe.
-
-    Args:
-        idle: returns the streams that have no subscriber now.
+    A stream that a subscriber started runs on for STAYS_S after the last one has gone; one that ran
+    before anybody needed it ends at once. Any thread may call push(); idle_streams() is for one at
+    a time.
     """
 
-    def __init__(self, idle: Callable[[], Collection[str]]) -> None:
-        self._idle = idle
+    def __init__(self) -> None:
+        self._outputs: dict[str, Mapping[str, bool]] = {}
         self._before: frozenset[str] = frozenset()
         self._started: set[str] = set()
         self._stays_until_s: dict[str, float] = {}
 
+    def push(self, output: str, streams: Mapping[str, bool]) -> None:
+        """Takes the streams that an output publishes now, each with whether it is needed."""
+        self._outputs[output] = dict(streams)
+
     def idle_streams(self, now_s: float) -> frozenset[str]:
         """Returns the streams that shall rest; `now_s` is monotonic time."""
-        idle = frozenset(self._idle())
+        outputs = list(self._outputs.values())
+        published = frozenset[str]().union(*outputs)
+        idle = published - {it for streams in outputs for it in streams if streams[it]}
         self._started |= self._before - idle
         for stream in (idle - self._before) & self._started:
             self._stays_until_s[stream] = now_s + STAYS_S
@@ -37,7 +42,3 @@ class Demand:
                 self._started.remove(stream)
         self._before = idle
         return idle - self._stays_until_s.keys()
-
-    def is_due(self, now_s: float) -> bool:
-        """Returns True if a stream has run on for long enough."""
-        return any(now_s >= until_s for until_s in self._stays_until_s.values())

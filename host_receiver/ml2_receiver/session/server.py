@@ -3,7 +3,7 @@
 import socket
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -30,12 +30,12 @@ _STOP_S = 0.3
 
 
 class Server:
-    """A receiver that listens, and passes what arrives to its sink until stop().
+    """A receiver that passes what arrives to its sink, from start() until stop().
 
     Each thread tells the Host under one lock what happened, then performs the actions that all
     threads have caused under another lock, in their order. So the sink is not called under the lock
-    of the Host; of the server it may call report() and paired() alone. The reader threads call
-    the functions that Sink.open() returned.
+    of the Host; of the server it may call report(), paired() and demand() alone. The reader threads
+    call the functions that Sink.open() returned.
 
     Args:
         listener: a socket from listen(); stop() closes it.
@@ -45,8 +45,8 @@ class Server:
             them.
         link: how images give way to the link, until request() changes it; None means that they
             do not.
+        is_lazy: True lets streams rest that no output needs, until request() changes it.
         is_paused: True starts no stream before begin().
-        idle: returns the streams without subscribers; called under the lock of the Host.
         access_changed: called in a thread of its own when the paired devices have changed.
     """
 
@@ -59,22 +59,23 @@ class Server:
         settings: ReceiverSettings,
         *,
         link: Link | None = None,
+        is_lazy: bool = False,
         is_paused: bool = False,
-        idle: Callable[[], Collection[str]] = tuple,
         access_changed: Callable[[], None] = lambda: None,
     ) -> None:
         self._host = Host(settings)
         self._desired = DesiredStreams(request, is_paused, (), settings.excluded, link)
         self._access, self._access_changed = access, access_changed
         self._address_limits = AddressLimits(settings.limits, time.monotonic)
-        self._sink, self._demand = sink, Demand(idle)
+        self._sink, self._demand, self._is_lazy = sink, Demand(), is_lazy
         self._log_limits = event_limits(sink.event, time.monotonic)
         self._linger_s = settings.limits.linger_s
         self._lock = threading.Lock()  # of the state
         self._acting = threading.Lock()  # of the sink and what is sent; never taken under _lock
         self._links: dict[Connection, ConnectionIO] = {}
         self._readers: list[threading.Thread] = []
-        self._stopping = threading.Event()
+        self._wake = threading.Event()  # the ticker
+        self._is_stopping = False
         self._acceptor = Acceptor(
             listener,
             lambda *accepted: bool(self._guarded(lambda: self._open(*accepted))),
@@ -82,6 +83,9 @@ class Server:
         )
         ticker = threading.Thread(target=self._tick, name="tick", daemon=True)
         self._threads = [self._acceptor.thread, ticker]
+
+    def start(self) -> None:
+        """Accepts connections from now on; those that came since listen() have waited."""
         for thread in self._threads:
             thread.start()
 
@@ -108,15 +112,19 @@ class Server:
         with self._update():
             self._desired = replace(self._desired, is_paused=True)
 
-    def request(self, request: Request, link: Link | None = None) -> None:
+    def request(self, request: Request, link: Link | None = None, *, is_lazy: bool = False) -> None:
         """Requests other streams, values or `link`; streams with unchanged values continue."""
         with self._update():
+            self._is_lazy = is_lazy
             self._desired = replace(self._desired, request=request, link=link)
 
-    def update(self) -> None:
-        """Reads which streams are idle, and requests the change from the headset."""
-        with self._update():
-            pass
+    def demand(self, output: str, streams: Mapping[str, bool]) -> None:
+        """Takes the streams that an output publishes now, each with whether it is needed.
+
+        Returns at once.
+        """
+        self._demand.push(output, streams)
+        self._wake.set()
 
     def test_link(self) -> None:
         """Starts a link test of about 2 s; report() has the result.
@@ -134,7 +142,8 @@ class Server:
 
     def stop(self) -> None:
         """Sends BYE, reads what has arrived and closes all connections, in less than 1 s."""
-        self._stopping.set()
+        self._is_stopping = True
+        self._wake.set()
         self._acceptor.stop()
         with self._step():
             self._host.stop()
@@ -178,14 +187,16 @@ class Server:
             threading.Thread(target=self._access_changed, daemon=True).start()
 
     def _tick(self) -> None:
-        while not self._stopping.wait(_TICK_S):
+        while not self._is_stopping:
             self._guarded(self._refresh)
             self._guarded(lambda: self._host.tick(time.monotonic()))
-            self._guarded(self._rest)
+            self._guarded(lambda: self._request(time.monotonic()))
             with self._acting:
                 for link in list(self._links.values()):
                     if time.monotonic() > link.abort_s:
                         link.abort()
+            self._wake.wait(_TICK_S)
+            self._wake.clear()
 
     def _guarded[T](self, task: Callable[[], T]) -> T | None:
         """Runs a task as a step, and returns None if it failed.
@@ -220,13 +231,8 @@ class Server:
             self._request(now_s)
 
     def _request(self, now_s: float) -> None:
-        idle = self._demand.idle_streams(now_s)
+        idle = self._demand.idle_streams(now_s) if self._is_lazy else ()
         self._host.update(replace(self._desired, idle=idle), now_s)
-
-    def _rest(self) -> None:
-        now_s = time.monotonic()
-        if self._demand.is_due(now_s):
-            self._request(now_s)
 
     def _read(self, link: ConnectionIO) -> None:
         fault: str | None = "the receiver failed"

@@ -23,8 +23,17 @@ class Control(Protocol):
     def pause(self) -> None:
         """Stops all streams until begin(); the headset stays connected."""
 
-    def request(self, request: Request, link: Link | None = None) -> None:
-        """Requests other streams, values or `link`; streams with unchanged values continue."""
+    def request(self, request: Request, link: Link | None = None, *, is_lazy: bool = False) -> None:
+        """Requests other streams, values or `link`; streams with unchanged values continue.
+
+        `is_lazy` lets streams rest that no output needs.
+        """
+
+    def demand(self, output: str, streams: Mapping[str, bool]) -> None:
+        """Takes the streams that an output publishes now, each with whether it is needed.
+
+        Returns at once; a Sink may call it.
+        """
 
     def test_link(self) -> None:
         """Measures the link to the headset for about 2 s; report() has the result.
@@ -32,6 +41,3 @@ class Control(Protocol):
         Raises:
             LinkTestError: no headset is connected, or a test is in progress.
         """
-
-    def update(self) -> None:
-        """Applies a change of the idle streams."""

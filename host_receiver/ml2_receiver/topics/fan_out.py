@@ -96,7 +96,7 @@ class FanOut:
                 publishers.append((sink, sink.open(topic)))
             except PublishError as error:
                 refusals.append(error)
-        if len(refusals) == len(self._sinks):
+        if refusals and len(refusals) == len(self._sinks):
             raise refusals[0]
         for refusal in refusals:
             self.event(str(refusal))

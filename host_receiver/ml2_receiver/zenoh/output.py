@@ -3,11 +3,11 @@
 import json
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from typing import Literal
+from typing import Literal, Self
 
 import zenoh
 
@@ -22,7 +22,7 @@ from .unreachable import why_unreachable
 
 _PERIOD_S = 1.0  # of /diagnostics, and of attempts to connect
 
-type _News = Literal["matched", "router", "close"]
+type _News = Literal["demand", "router", "close"]
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,12 @@ class ZenohOutput:
     """Adds a ZenohSink to `sinks` as soon as the router answers, and /diagnostics once a second.
 
     A thread tries to connect until it succeeds; later Zenoh does so itself. Events say what is not
-    reachable and why, and what is connected. close() must be called.
+    reachable and why, and what is connected. It runs while it is entered.
 
     Args:
         config: of the session.
         endpoint: the router in it.
-        is_lazy: returns True if streams without subscribers shall be idle.
+        control: what runs the streams; is told which ones have subscribers.
     """
 
     def __init__(
@@ -61,12 +61,10 @@ class ZenohOutput:
         identity: Identity,
         table: StreamTable,
         sinks: FanOut,
-        is_lazy: Callable[[], bool],
+        control: Control,
     ) -> None:
         self._config, self._endpoint, self._identity = config, endpoint, identity
-        self._table, self._sinks, self._is_lazy = table, sinks, is_lazy
-        self._sink: ZenohSink | None = None
-        self._control: Control | None = None
+        self._table, self._sinks, self._control = table, sinks, control
         self._diagnostics = Diagnostics(identity.prefix)
         self._news: SimpleQueue[_News] = SimpleQueue()
         self._router = endpoint.partition("#")[0]  # what follows may hold a key
@@ -74,33 +72,22 @@ class ZenohOutput:
         self._is_connected: bool | None = None
         self._thread = threading.Thread(target=self._run, name="zenoh")
 
-    def serve(self, control: Control) -> None:
-        """Begins; `control` is what runs the streams."""
-        self._control = control
+    def __enter__(self) -> Self:
         self._thread.start()
+        return self
 
-    def demand(self) -> Mapping[str, bool]:
-        """Returns for each stream with topics whether it has a subscriber; empty without a router.
-
-        Any thread may call it.
-        """
-        sink = self._sink
-        return {} if sink is None else sink.demand()
-
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         """Ends the topics and the session; blocks for 4 s at most while there is no router."""
         self._news.put("close")
-        if self._thread.is_alive():
-            self._thread.join()
+        self._thread.join()
 
     def _run(self) -> None:
         session = self._session()
         if session is None:
             return
         with session:
-            sink = self._sink = self._new_sink(session)
+            sink = self._new_sink(session)
             self._sinks.add(sink)
-            self._news.put("matched")  # nobody has subscribed yet
             # From here on, since those before are known.
             listener = session.info.declare_transport_events_listener(
                 lambda _: self._news.put("router")
@@ -109,6 +96,7 @@ class ZenohOutput:
             self._follow(session, sink)
             listener.undeclare()
             self._sinks.remove(sink)
+            self._control.demand("zenoh", {})
             sink.close()
 
     def _session(self) -> zenoh.Session | None:
@@ -129,15 +117,15 @@ class ZenohOutput:
             mine.prefix,
             mine.receiver,
             mine.domain,
-            lambda: self._news.put("matched"),
+            lambda: self._news.put("demand"),
             mine.remapped,
         )
 
     def _follow(self, session: zenoh.Session, sink: ZenohSink) -> None:
         due_s = time.monotonic()
         while (news := self._next(due_s - time.monotonic())) != "close":
-            if news == "matched" and self._control is not None and self._is_lazy():
-                self._control.update()
+            if news == "demand":
+                self._control.demand("zenoh", sink.demand())
             is_due = time.monotonic() >= due_s
             if news == "router" or is_due:  # news may come before Zenoh has forgotten the router
                 self._say_connection(session)
@@ -171,7 +159,6 @@ class ZenohOutput:
             self._sinks.event(text)
 
     def _report(self, sink: ZenohSink) -> None:
-        assert self._control is not None
         rows = self._diagnostics.rows(self._control.report(), time.monotonic())
         rows.append(security_row(self._control.paired()))
         more = {name: {"zenoh_published": str(it)} for name, it in sink.published().items()}

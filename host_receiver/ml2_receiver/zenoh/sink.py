@@ -28,8 +28,8 @@ class ZenohSink:
         prefix: of the relative topics.
         receiver: as in --name, may be empty.
         domain: the ROS domain id.
-        matched: called by a thread of Zenoh when a topic's first subscriber has come, or its last
-            one gone; returns at once.
+        demand_changed: called when topics have come or gone, and by a thread of Zenoh when a
+            topic's first subscriber has come, or its last one gone; returns at once.
         remapped: returns the name of a topic after the remappings of ROS's arguments.
 
     Raises:
@@ -43,10 +43,11 @@ class ZenohSink:
         prefix: str,
         receiver: str,
         domain: int,
-        matched: Callable[[], None],
+        demand_changed: Callable[[], None],
         remapped: Callable[[str], str] = str,
     ) -> None:
-        self._session, self._table, self._prefix, self._matched = session, table, prefix, matched
+        self._session, self._table, self._prefix = session, table, prefix
+        self._demand_changed = demand_changed
         self._remapped = remapped
         self._node = Node(domain, str(session.zid()), receiver)
         self._token = session.liveliness().declare_token(self._node.token())
@@ -69,12 +70,14 @@ class ZenohSink:
                     TopicName(name, topic.type, self._table.qos[topic.qos]),
                     is_image=topic.lane in self._table.image_lanes,
                 )
+                self._demand_changed()
             return self._publishers[topic].publish
 
     def configured(self, applied: Applied) -> None:
         with self._lock:
             for topic in self._publishers.keys() - set(applied.topics):
                 self._publishers.pop(topic).close()
+        self._demand_changed()
         self._say("config", config_text(applied, self._prefix))
 
     def event(self, text: str) -> None:
@@ -116,7 +119,7 @@ class ZenohSink:
         topic = replace(topic, name=self._remapped(topic.name))
         priority = zenoh.Priority.DATA_LOW if is_image else zenoh.Priority.REAL_TIME
         return ZenohPublisher(
-            self._session, self._node, self._count, topic, priority, self._matched
+            self._session, self._node, self._count, topic, priority, self._demand_changed
         )
 
     def _say(self, name: str, text: str) -> None:

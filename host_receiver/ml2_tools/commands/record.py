@@ -7,7 +7,15 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ml2_receiver.commands.options import Subparsers
-from ml2_receiver.commands.receiving import add_options, config_file, load, ros_output, serving
+from ml2_receiver.commands.printed_events import PrintedEvents
+from ml2_receiver.commands.receiving import (
+    add_options,
+    config_file,
+    load,
+    new_server,
+    ros_node,
+    running,
+)
 from ml2_receiver.commands.session_port import SessionPort
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import RecordingError
@@ -17,6 +25,7 @@ from ml2_receiver.recording.mcap_file import COMPRESSIONS
 from ml2_receiver.recording.options import RecordingOptions
 from ml2_receiver.recording.recording import Recording, losses, summary
 from ml2_receiver.topics.calibrated_sink import CalibratedSink
+from ml2_receiver.topics.fan_out import FanOut
 
 from .record_attached import record_attached
 from .recording_wait import Standing, wait
@@ -119,7 +128,10 @@ def _record(options: argparse.Namespace) -> int:
     config = load(file, options)
     with ExitStack() as stack:
         port = stack.enter_context(SessionPort(options))
-        config, node, sinks = stack.enter_context(ros_output(config, options))
+        node = ros_node(config, options)
+        if node is not None:
+            stack.enter_context(node)
+            config = node.config
 
         def fail(reason: str) -> None:
             print(f"ERROR: {_ended_early(options.out, reason)}", file=sys.stderr, flush=True)
@@ -127,12 +139,16 @@ def _record(options: argparse.Namespace) -> int:
                 stopping.set()
 
         make_folder(options.out, is_overwriting=options.overwrite)
+        sinks = FanOut([PrintedEvents()] if node is None else [])
+        sink = CalibratedSink(sinks, config.calibrations)
+        server = new_server(port, config, sink, is_paused=options.start_paused)
+        if node is not None:
+            from ml2_receiver.ros.sink import RosSink
+
+            stack.enter_context(RosSink(node, server, file, sink.use, sinks))
         recording = Recording(options.out, _recording_options(options), config.prefix, sinks, fail)
         stack.callback(recording.end)
-        sink = CalibratedSink(sinks, config.calibrations)
-        with serving(port, config, sink, is_paused=options.start_paused) as server:
-            if node is not None:
-                node.serve(server, file, sink.use, sinks)
+        with running(server, port):
             print(f"listening on {server.address}", flush=True)
             print(f"recording into {options.out} until Ctrl-C", flush=True)
 
