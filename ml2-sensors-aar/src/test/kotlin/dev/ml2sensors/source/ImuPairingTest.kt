@@ -1,6 +1,6 @@
 package dev.ml2sensors.source
 
-import app.cash.turbine.test
+import dev.ml2sensors.test
 import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.delay

@@ -1,10 +1,10 @@
 package dev.ml2sensors.stream
 
-import app.cash.turbine.test
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.test
 import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.async

@@ -1,6 +1,5 @@
 package dev.ml2sensors.stream
 
-import app.cash.turbine.test
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.source.BatterySample
@@ -9,6 +8,7 @@ import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.test
 import kotlinx.coroutines.CoroutineStart
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.launch

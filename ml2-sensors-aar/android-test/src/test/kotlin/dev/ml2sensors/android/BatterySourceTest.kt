@@ -3,12 +3,12 @@ package dev.ml2sensors.android
 import android.app.Application
 import android.content.Intent
 import android.os.BatteryManager
-import app.cash.turbine.test
 import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.test
 import kotlinx.coroutines.runBlocking
 import org.junit.Test
 import org.junit.runner.RunWith

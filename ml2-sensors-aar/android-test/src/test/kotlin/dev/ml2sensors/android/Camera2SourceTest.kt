@@ -10,7 +10,6 @@ import android.util.Range
 import android.util.Size
 import app.cash.turbine.Event
 import app.cash.turbine.ReceiveTurbine
-import app.cash.turbine.test
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.Distortion
@@ -23,6 +22,7 @@ import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.test
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.map
@@ -47,7 +47,6 @@ import kotlin.test.assertEquals
 import kotlin.test.assertIs
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
-import kotlin.time.Duration.Companion.seconds
 
 /** On Android 10's own Camera2, with cameras below it. */
 @RunWith(RobolectricTestRunner::class)
@@ -506,7 +505,7 @@ class Camera2SourceTest {
     fun aCameraThatDoesNotSayItsEndEndsTheFlowsOfAClosedSource() = runBlocking {
         rig.add("1", listOf(JPEG))
         CameraRig.holdsClosings = true
-        source.samples(StreamTable.color, values).test(timeout = 20.seconds) {
+        source.samples(StreamTable.color, values).test {
             rig.awaitRunning()
             source.close()
             assertTrue("camera 1 has neither" in assertIs<SourceException>(awaitError()).message.orEmpty())

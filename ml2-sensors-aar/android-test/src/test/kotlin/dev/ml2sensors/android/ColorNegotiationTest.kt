@@ -5,10 +5,10 @@ import android.hardware.camera2.CameraManager
 import android.hardware.camera2.CaptureRequest
 import android.util.Range
 import android.util.Size
-import app.cash.turbine.test
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.test
 import kotlinx.coroutines.runBlocking
 import org.junit.After
 import org.junit.Before

@@ -29,6 +29,7 @@ import kotlin.time.Duration.Companion.hours
         CameraRig.Manager::class, CameraRig.Device::class, CameraRig.Session::class, CameraRig.Reader::class,
         CameraRig.TaggedResult::class, CameraRig.TaggedTotalResult::class, FakeMulticastLock::class,
         FakeNsdManager::class, SensorHub.NativeQueue::class, SensorHub.RealSensorManager::class,
+        SensorHub.RealSystemSensorManager::class,
     ],
 )
 class HarshTest {

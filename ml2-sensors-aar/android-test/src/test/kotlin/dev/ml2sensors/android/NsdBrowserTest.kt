@@ -4,9 +4,9 @@ import android.app.Application
 import android.net.nsd.NsdManager
 import android.net.wifi.WifiManager
 import android.os.HandlerThread
-import app.cash.turbine.test
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.test
 import kotlinx.coroutines.CoroutineStart
 import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.launch

@@ -2,7 +2,6 @@ package dev.ml2sensors.android
 
 import android.Manifest
 import android.app.Application
-import app.cash.turbine.test
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.ScalarSample
@@ -11,6 +10,7 @@ import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.test
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.runBlocking

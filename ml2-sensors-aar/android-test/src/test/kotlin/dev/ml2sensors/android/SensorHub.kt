@@ -95,7 +95,11 @@ internal class SensorHub(private val sensorManager: SensorManager) {
 
     /** Nothing of it is replaced. */
     @Implements(SensorManager::class)
-    class RealSensorManager
+    open class RealSensorManager
+
+    /** Named too, or Robolectric would give the next test's manager, which is of this class, the shadow of this one. */
+    @Implements(className = "android.hardware.SystemSensorManager")
+    class RealSystemSensorManager : RealSensorManager()
 
     /** The native functions of a listener's queue. */
     @Implements(className = "android.hardware.SystemSensorManager\$BaseEventQueue")

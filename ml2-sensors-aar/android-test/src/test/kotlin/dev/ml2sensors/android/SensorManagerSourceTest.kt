@@ -3,7 +3,6 @@ package dev.ml2sensors.android
 import android.hardware.Sensor
 import android.hardware.SensorManager
 import app.cash.turbine.Event
-import app.cash.turbine.test
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.DropReason
@@ -16,6 +15,7 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.test
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.take
@@ -40,7 +40,9 @@ import kotlin.test.assertNull
 @Config(
     sdk = [29],
     manifest = Config.NONE,
-    shadows = [SensorHub.RealSensorManager::class, SensorHub.NativeQueue::class],
+    shadows = [
+        SensorHub.RealSensorManager::class, SensorHub.RealSystemSensorManager::class, SensorHub.NativeQueue::class,
+    ],
 )
 class SensorManagerSourceTest {
     private val sensorManager = RuntimeEnvironment.getApplication().getSystemService(SensorManager::class.java)

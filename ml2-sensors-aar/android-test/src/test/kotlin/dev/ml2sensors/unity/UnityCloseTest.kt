@@ -13,23 +13,30 @@ import org.robolectric.RuntimeEnvironment
 import org.robolectric.annotation.Config
 import java.util.concurrent.CountDownLatch
 import kotlin.random.Random
-import kotlin.test.assertEquals
+import kotlin.test.assertTrue
+import kotlin.time.Duration
 import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.measureTime
 
-/** Closing from Unity's main thread, whatever the headset, its sensors and the receiver do. */
+/**
+ * Closing from Unity's main thread, in random states. Only `make harsh`, which sets `harsh.faults`, holds its time
+ * against the limit: a busy machine adds to it.
+ */
 @RunWith(RobolectricTestRunner::class)
 @Config(
     sdk = [29],
     manifest = Config.NONE,
-    shadows = [SensorHub.RealSensorManager::class, SensorHub.NativeQueue::class],
+    shadows = [
+        SensorHub.RealSensorManager::class, SensorHub.RealSystemSensorManager::class, SensorHub.NativeQueue::class,
+    ],
 )
 class UnityCloseTest {
     private val sensors = RuntimeEnvironment.getApplication().getSystemService(SensorManager::class.java)
     private val hub = SensorHub(sensors).apply { add(Sensor.TYPE_LIGHT, "Ambient Light Sensor") }
-    private val states = System.getProperty("unity.states", "20").toInt()
+    private val measuredFaults = System.getProperty("harsh.faults")?.toInt()
 
     /** Blocks the listener, as Unity's main thread does while it is blocked itself. */
+    @Volatile
     private var listening: CountDownLatch? = null
     private val listener = object : Ml2UnityListener {
         override fun changed(statusJson: String) {
@@ -41,14 +48,20 @@ class UnityCloseTest {
     fun reset(): Unit = SensorHub.NativeQueue.reset()
 
     @Test
-    fun closingReturnsWithinHalfASecondInEveryState() {
-        val seed = System.getProperty("unity.seed", "1").toLong()
-        val random = Random(seed)
-        val slow = (1..states).filterNot { closesInTime(random) }
-        assertEquals(emptyList(), slow, "of $states states by seed $seed")
+    fun closingReturnsThoughNothingAnswers() {
+        val random = Random(System.getProperty("harsh.seed", "1").toLong())
+        val took = List((measuredFaults ?: 500) / STATES_SHARE) { closeIn(random) }.sorted()
+        if (measuredFaults == null) return
+        println("closing in ${took.size} states took ${took.last()} at most, and ${took[took.size / 2]} in the middle")
+        assertTrue(took.last() <= LIMIT, "closing took ${took.filter { it > LIMIT }}")
     }
 
-    private fun closesInTime(random: Random): Boolean = ScriptedHost().use { host ->
+    /** Closes in a state that [random] draws, and returns how long that took. Only then anything answers that did not. */
+    private fun closeIn(random: Random): Duration = ScriptedHost().use { silent ->
+        ScriptedHost().use { host -> closeIn(random, silent, host) }
+    }
+
+    private fun closeIn(random: Random, silent: ScriptedHost, host: ScriptedHost): Duration {
         val answer = CountDownLatch(1)
         val unity = Ml2Unity.open(RuntimeEnvironment.getApplication(), listener)
         var session: HostSession? = null
@@ -56,7 +69,7 @@ class UnityCloseTest {
         if (random.nextInt(4) == 0) listening = answer
         repeat(random.nextInt(6)) {
             when (random.nextInt(6)) {
-                0 -> unity.start(host.address.toString(), STREAMS, insecure = true)
+                0 -> unity.start(silent.address.toString(), STREAMS, insecure = true)
 
                 1 -> unity.stop()
 
@@ -80,13 +93,15 @@ class UnityCloseTest {
         answer.countDown()
         SensorHub.hanging = null
         listening = null
-        took <= LIMIT
+        return took
     }
 
     private companion object {
         const val STREAMS = """{"battery": {}, "light_sensor": {}}"""
 
-        /** The promise, and what a busy machine may add. */
-        val LIMIT = 500.milliseconds + 1500.milliseconds
+        val LIMIT = 500.milliseconds
+
+        /** One state for so many faults. */
+        const val STATES_SHARE = 20
     }
 }
