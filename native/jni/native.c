@@ -5,7 +5,7 @@
 
 #include "../sdk/error.h"
 #include "../sdk/memory.h"
-#include "../sources/slot_memory.h"
+#include "../sources/slots.h"
 #include "failure.h"
 #include "layout.h"
 #include "send_queue.h"
@@ -124,19 +124,19 @@ static void close(JNIEnv *env, jclass class, jlong handle) {
 
 static void reserve(JNIEnv *env, jclass class, jint stream) {
     (void)class;
-    failure_throw(env, slots_reserve((uint32_t)stream), NULL);
+    failure_throw(env, ml2s_reserve((uint32_t)stream), NULL);
 }
 
 static void retire(JNIEnv *env, jclass class, jint stream) {
     (void)class;
-    failure_throw(env, slots_retire((uint32_t)stream), NULL);
+    failure_throw(env, ml2s_retire((uint32_t)stream), NULL);
 }
 
 static jint take(JNIEnv *env, jclass class, jint stream, jint size_bytes) {
     (void)class;
     uint32_t slot;
     ml2s_memory memory;
-    ml2s_result result = slots_take((uint32_t)stream, (uint64_t)size_bytes, &slot, &memory);
+    ml2s_result result = ml2s_take((uint32_t)stream, (uint64_t)size_bytes, &slot, &memory);
     return result == ML2S_ALL_SLOTS_LEASED || failure_throw(env, result, NULL) ? -1 : (jint)slot;
 }
 

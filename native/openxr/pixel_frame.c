@@ -5,7 +5,6 @@
 #include "../sdk/error.h"
 #include "../sdk/memory.h"
 #include "../sources/depth_image.h"
-#include "../sources/slot_memory.h"
 #include "pixel_metadata.h"
 #include "poses.h"
 
@@ -94,19 +93,18 @@ static bool describe_in_place(const struct pictures *pictures, uint32_t slot, co
     return are_inside;
 }
 
-static ml2s_result copy(const struct pictures *pictures, uint32_t least_bytes, ml2s_frame *frame, ml2s_error *error) {
+static void copy(const struct pictures *pictures, uint32_t least_bytes, ml2s_frame *frame) {
     for (uint32_t role = 0; role < ML2S_PLANE_COUNT; role++) {
         if (pictures->is_wanted[role]) {
             frame_add_plane(frame, role, &pictures->of[role]);
         }
     }
-    ml2s_result result = frame_take_slot(frame, least_bytes, error);
-    for (uint32_t role = 0; role < ML2S_PLANE_COUNT && !result; role++) {
+    frame_take_slot(frame, least_bytes);
+    for (uint32_t role = 0; role < ML2S_PLANE_COUNT; role++) {
         if (pictures->is_wanted[role]) {
             frame_copy(frame, role, &pictures->of[role]);
         }
     }
-    return result;
 }
 
 /** Sets the pose if the runtime knows one. */
@@ -141,11 +139,11 @@ static ml2s_result read_frame(struct pixel_sensor *sensor, const XrPixelSensorDa
     read_pose(sensor, frame);
     if (!describe_in_place(&pictures, slot, memory, frame)) {
         sensor->is_copied |= slot != ML2S_NO_SLOT;
-        result = copy(&pictures, sensor->buffer_bytes, frame, error);
+        copy(&pictures, sensor->buffer_bytes, frame);
     }
     if (sensor->mode.format == XR_PIXEL_SENSOR_JPEG_ML) {
         frame->planes[ML2S_PLANE_IMAGE].stride_bytes = 0;
-    } else if (!result && sensor->mode.format == XR_PIXEL_SENSOR_DEPTH32_ML) {
+    } else if (sensor->mode.format == XR_PIXEL_SENSOR_DEPTH32_ML) {
         depth_copy(frame, &pictures.of[ML2S_PLANE_IMAGE], &pictures.of[ML2S_PLANE_FLAGS],
                    XR_PIXEL_SENSOR_DEPTH_INVALID_ML,
                    sensor->wants & ML2S_WANT_RADIAL ? NULL : radial_factors_of(&radial, frame));
@@ -155,12 +153,8 @@ static ml2s_result read_frame(struct pixel_sensor *sensor, const XrPixelSensorDa
 
 /** Returns memory for the runtime to write to: a slot, or else spare memory. */
 static ml2s_result find_memory(struct pixel_sensor *sensor, uint32_t *slot, ml2s_memory *memory, ml2s_error *error) {
-    if (!sensor->is_copied && !slots_take(sensor->stream, sensor->buffer_bytes, slot, memory)) {
-        if (memory->size_bytes >= sensor->buffer_bytes) {
-            return ML2S_OK;
-        }
-        ml2s_release(sensor->stream, *slot);
-        sensor->is_copied = true;
+    if (!sensor->is_copied && !ml2s_take(sensor->stream, sensor->buffer_bytes, slot, memory)) {
+        return ML2S_OK;
     }
     *slot = ML2S_NO_SLOT;
     if (!sensor->spare.data) {

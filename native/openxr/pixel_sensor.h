@@ -12,7 +12,7 @@ struct pixel_sensor {
     uint32_t metadata;     /**< Types of metadata of a frame: a mask of 1 << XrPixelSensorMetadataTypeML. */
     uint32_t buffer_bytes; /**< Size that the runtime requires, for pixels and metadata. */
     ml2s_memory spare;     /**< The runtime writes here if it cannot use a slot. Mapped when first needed. */
-    bool is_copied;        /**< Frames are copied: slots are too small, or pictures lie elsewhere. */
+    bool is_copied;        /**< Frames are copied, since pictures lie outside the buffer. */
     XrTime last_capture;
     int64_t frame_count; /**< Number of the last frame, from 1. The runtime gives no frame numbers. */
     bool is_running;

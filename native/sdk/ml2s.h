@@ -4,15 +4,15 @@
  * Kotlin calls it through JNI, C# through P/Invoke. Units are nanoseconds, metres, bytes and pixels. The axes of the
  * world and of each sensor are x right, y up, z backward (RUB). Rotations are x, y, z, w.
  *
- * **Memory.** A frame is copied once, from the vendor's memory into a *slot*. The caller provides the slots of a stream
- * with ml2s_provide and owns their memory. The Kotlin library uses slots that the library maps while a stream runs; a
- * leased frame keeps its memory after its stream has ended. One writer fills a slot: ml2s_poll, or a caller between
- * ml2s_take and ml2s_publish. Readers then lease it, and each ends its lease with one ml2s_release. When all slots of a
- * stream are leased, its next frame is lost and reported as lost. A slow reader never stalls a camera. All functions of
- * slots take `stream | ML2S_ENCODED`, too.
+ * **Memory.** A frame is copied once, from the vendor's memory into a *slot*. A stream has slots between ml2s_reserve
+ * and ml2s_retire. The library maps a slot's memory when a frame first needs it, and unmaps it after the stream and the
+ * last lease have ended. One writer fills a slot: ml2s_poll, or a caller between ml2s_take and ml2s_publish. Readers
+ * then lease it, and each ends its lease with one ml2s_release. When all slots of a stream are leased, its next frame
+ * is lost and reported as lost. A slow reader never stalls a camera. All functions of slots take `stream |
+ * ML2S_ENCODED`, too.
  *
  * **Threads.** A handle belongs to the thread that opened it. Calls from other threads return ML2S_WRONG_THREAD.
- * ml2s_poll blocks for at most its timeout. The slot functions are thread-safe and do not block.
+ * ml2s_poll blocks for at most its timeout. The slot functions are thread-safe; they wait for no reader and no writer.
  *
  * **Versions.** Every structure except ml2s_plane and ml2s_memory begins with struct_size, which the caller sets to its
  * sizeof. A size smaller than that of the first version returns ML2S_INVALID_ARGUMENT. New fields are appended only.
@@ -57,9 +57,9 @@ typedef enum ml2s_result {
     ML2S_NOT_AVAILABLE = 5,
     /** The app lacks the Android permission of the sensor. */
     ML2S_PERMISSION_DENIED = 6,
-    /** All slots of the stream are leased, or none were provided. */
+    /** All slots of the stream are leased, or it has none, or the system has no memory. */
     ML2S_ALL_SLOTS_LEASED = 7,
-    /** The sensor is open already, or slots are still leased. */
+    /** The sensor is open already, or handles still use the OpenXR session. */
     ML2S_BUSY = 8,
     /** A call of the vendor's library failed; see vendor_code and message. */
     ML2S_VENDOR_FAILURE = 9,
@@ -211,9 +211,9 @@ typedef struct ml2s_input {
     uint32_t reserved;
 } ml2s_input;
 
-/** Memory of one slot, aligned to 64 bytes. */
+/** A piece of memory. That of a slot begins at a page. */
 typedef struct ml2s_memory {
-    uint8_t *data;       /**< Owned by the caller. */
+    uint8_t *data;       /**< The first byte. */
     uint64_t size_bytes; /**< Size of the memory. */
 } ml2s_memory;
 
@@ -273,14 +273,17 @@ ML2S_API ml2s_result ml2s_list_rates(ml2s_handle handle, uint32_t *rates_hz, uin
 /** Closes the handle, also if it returns a failure. Leased slots stay valid. */
 ML2S_API ml2s_result ml2s_close(ml2s_handle handle, ml2s_error *error);
 
-/**
- * Replaces the slots of a stream by count new ones, at most ML2S_MAX_SLOTS; 0 takes them back. Returns ML2S_BUSY while
- * one of the old slots is leased. The caller owns the memory and must keep it until it has taken the slots back.
- */
-ML2S_API ml2s_result ml2s_provide(uint32_t stream, const ml2s_memory *slots, uint32_t count);
+/** Gives a stream ML2S_MAX_SLOTS slots, if it has none yet. Each call is ended by one ml2s_retire. */
+ML2S_API ml2s_result ml2s_reserve(uint32_t stream);
 
-/** Takes a free slot for writing. Call ml2s_publish afterwards, or ml2s_release to discard the frame. */
-ML2S_API ml2s_result ml2s_take(uint32_t stream, uint32_t *slot, ml2s_memory *memory);
+/** Ends one ml2s_reserve. The last one withdraws the latest frame; each slot ends with its last lease. */
+ML2S_API ml2s_result ml2s_retire(uint32_t stream);
+
+/**
+ * Takes a free slot for writing, with memory of size_bytes. Call ml2s_publish and then ml2s_release, or only
+ * ml2s_release to discard the frame. Memory of another size, which no frame uses, is unmapped.
+ */
+ML2S_API ml2s_result ml2s_take(uint32_t stream, uint64_t size_bytes, uint32_t *slot, ml2s_memory *memory);
 
 /** Publishes the frame in the taken slot frame->slot as the latest of its stream. The writer keeps its lease. */
 ML2S_API ml2s_result ml2s_publish(const ml2s_frame *frame);

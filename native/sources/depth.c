@@ -133,7 +133,8 @@ static ml2s_result copy_infra(const MLDepthCameraFrame *from, ml2s_frame *frame,
     }
     frame->illumination = 1;
     frame->has |= ML2S_HAS_ILLUMINATION;
-    return frame_copy_image(frame, &raw, error);
+    frame_copy_image(frame, &raw);
+    return ML2S_OK;
 }
 
 static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml2s_frame *frame, ml2s_error *error) {
@@ -156,9 +157,7 @@ static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml
     if (wants & ML2S_WANT_FLAGS) {
         frame_add_plane(frame, ML2S_PLANE_FLAGS, &flags);
     }
-    if ((result = frame_take_slot(frame, 0, error))) {
-        return result;
-    }
+    frame_take_slot(frame, 0);
     depth_copy(frame, &distances, &flags, MLDepthCameraDepthFlags_Invalid,
                wants & ML2S_WANT_RADIAL ? NULL : radial_factors_of(&radial, frame));
     if (wants & ML2S_WANT_CONFIDENCE) {

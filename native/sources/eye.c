@@ -75,8 +75,10 @@ static ml2s_result copy_frame(const MLEyeCameraFrame *from, uint32_t stream, ml2
     }
     frame_begin(frame, stream, buffer->width, buffer->height);
     frame->frame_number = from->frame_number;
-    result = frame_set_time(frame, from->timestamp, error);
-    return result ? result : frame_copy_image(frame, &picture, error);
+    if (!(result = frame_set_time(frame, from->timestamp, error))) {
+        frame_copy_image(frame, &picture);
+    }
+    return result;
 }
 
 static ml2s_result find_stream(MLEyeCameraIdentifier id, uint32_t *stream, ml2s_error *error) {

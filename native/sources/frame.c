@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "../sdk/error.h"
-#include "slot_memory.h"
 
 enum { ALIGNMENT = 64 };
 
@@ -69,22 +68,15 @@ void frame_add_plane(ml2s_frame *frame, ml2s_plane_role role, const struct pictu
     };
 }
 
-ml2s_result frame_take_slot(ml2s_frame *frame, uint32_t least_bytes, ml2s_error *error) {
+void frame_take_slot(ml2s_frame *frame, uint32_t least_bytes) {
     ml2s_memory memory;
     uint32_t end = end_of(frame);
-    if (slots_take(frame->stream, end < least_bytes ? least_bytes : end, &frame->slot, &memory)) {
+    if (ml2s_take(frame->stream, end < least_bytes ? least_bytes : end, &frame->slot, &memory)) {
         frame->slot = ML2S_NO_SLOT;
         memset(frame->planes, 0, sizeof frame->planes);
-        return ML2S_OK;
+    } else {
+        frame->data = memory.data;
     }
-    if (memory.size_bytes < end) {
-        ml2s_release(frame->stream, frame->slot);
-        frame->slot = ML2S_NO_SLOT;
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "stream %u: slots have %lld bytes, frames need %u",
-                         frame->stream, (long long)memory.size_bytes, end);
-    }
-    frame->data = memory.data;
-    return ML2S_OK;
 }
 
 void frame_copy(const ml2s_frame *frame, ml2s_plane_role role, const struct picture *picture) {
@@ -103,13 +95,10 @@ void frame_copy(const ml2s_frame *frame, ml2s_plane_role role, const struct pict
     }
 }
 
-ml2s_result frame_copy_image(ml2s_frame *frame, const struct picture *picture, ml2s_error *error) {
+void frame_copy_image(ml2s_frame *frame, const struct picture *picture) {
     frame_add_plane(frame, ML2S_PLANE_IMAGE, picture);
-    ml2s_result result = frame_take_slot(frame, 0, error);
-    if (!result) {
-        frame_copy(frame, ML2S_PLANE_IMAGE, picture);
-    }
-    return result;
+    frame_take_slot(frame, 0);
+    frame_copy(frame, ML2S_PLANE_IMAGE, picture);
 }
 
 void frames_release(const ml2s_frame *frames, uint32_t count) {

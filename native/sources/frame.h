@@ -28,17 +28,15 @@ void frame_begin(ml2s_frame *frame, uint32_t stream, uint32_t width, uint32_t he
 /** Appends a plane for picture, without row padding, aligned to 64 bytes. Call it in the order of the roles. */
 void frame_add_plane(ml2s_frame *frame, ml2s_plane_role role, const struct picture *picture);
 
-/**
- * Takes a slot for the planes, of at least least_bytes if the library maps its memory. If no slot is free, the frame is
- * lost: it has no slot, data and planes. Returns ML2S_INVALID_ARGUMENT if a provided slot is too small.
+/** Takes a slot for the planes, of at least least_bytes. If none is free, the frame is lost: without slot and planes.
  */
-ml2s_result frame_take_slot(ml2s_frame *frame, uint32_t least_bytes, ml2s_error *error);
+void frame_take_slot(ml2s_frame *frame, uint32_t least_bytes);
 
 /** Copies picture into the plane. Does nothing for a lost frame. */
 void frame_copy(const ml2s_frame *frame, ml2s_plane_role role, const struct picture *picture);
 
 /** Adds the image plane, takes a slot and copies, for a frame with no other plane. */
-ml2s_result frame_copy_image(ml2s_frame *frame, const struct picture *picture, ml2s_error *error);
+void frame_copy_image(ml2s_frame *frame, const struct picture *picture);
 
 /** Releases the slots of frames that are not delivered. */
 void frames_release(const ml2s_frame *frames, uint32_t count);

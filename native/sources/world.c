@@ -82,8 +82,10 @@ static ml2s_result copy_frame(const MLWorldCameraFrame *from, uint32_t stream, m
            sizeof from->intrinsics.tangential_distortion);
     frame_set_pinhole(frame, from->intrinsics.focal_length, from->intrinsics.principal_point);
     frame_set_pose(frame, &from->camera_pose);
-    result = frame_set_time(frame, from->timestamp, error);
-    return result ? result : frame_copy_image(frame, &picture, error);
+    if (!(result = frame_set_time(frame, from->timestamp, error))) {
+        frame_copy_image(frame, &picture);
+    }
+    return result;
 }
 
 static ml2s_result find_stream(const MLWorldCameraFrame *frame, uint32_t *stream, ml2s_error *error) {

@@ -24,7 +24,7 @@ TEST_F(Borrowed, FramesComeInTheAppsSession) {
     stopTime();
     App app(kAll);
     ASSERT_EQ(app.lendSession(), ML2S_OK);
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, 400 * 400);
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT);
     Sensor eye(kEyeNasalLeft);
     ml2sim_advance(1000 * kMillisecond);
     const auto frames = eye.poll();

@@ -3,17 +3,13 @@
 
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 extern "C" {
 #include "../../sdk/memory.h"
-#include "../../sources/slot_memory.h"
 }
 
 namespace {
-
-constexpr uint32_t kWorldBytes = 1016 * (1016 + 64) + 4096;
-constexpr uint32_t kDepthBytes = 3 * 544 * 480 * 4 + 4096;
-constexpr uint32_t kEyeBytes = 400 * 400 + 4096;
 
 /** The frames of captures that are new to the sensor. */
 Polled polled(Sensor &sensor) {
@@ -25,9 +21,9 @@ Only next(Sensor &sensor) { return Only(polled(sensor)); }
 
 /** A capture as each interface shows it. */
 struct Shown {
-    Shown(const ml2s_settings &settings, size_t slotBytes)
-        : slots(static_cast<uint32_t>(__builtin_ctzll(settings.streams)), 2, slotBytes), byOpenXr(settings),
-          bySdk(onSdk(settings)), openXr(next(byOpenXr)), sdk(bySdk.poll()) {}
+    explicit Shown(const ml2s_settings &settings)
+        : slots(static_cast<uint32_t>(__builtin_ctzll(settings.streams))), byOpenXr(settings), bySdk(onSdk(settings)),
+          openXr(next(byOpenXr)), sdk(bySdk.poll()) {}
     const Slots slots;
     Sensor byOpenXr, bySdk;
     const Only openXr, sdk;
@@ -90,7 +86,7 @@ class Frames : public OpenXr {
 } // namespace
 
 TEST_F(Frames, AWorldCameraShowsWhatTheVendorsInterfaceShows) {
-    const Shown shown(kWorldLeft, kWorldBytes);
+    const Shown shown(kWorldLeft);
     expectSameMoment(shown.openXr, shown.sdk);
     expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
     expectSamePose(shown.openXr, shown.sdk);
@@ -107,21 +103,20 @@ TEST_F(Frames, TheSecondStreamOfAWorldCameraIsItsLowExposure) {
     headset("controller_tracked", "1");
     auto settings = kWorldLeft;
     settings.second_streams = settings.streams;
-    const Shown shown(settings, kWorldBytes);
+    const Shown shown(settings);
     expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
     EXPECT_EQ(shown.openXr.exposure_nanos, 1000000);
 }
 
 TEST_F(Frames, PaddingBetweenRowsIsKeptAndSaid) {
     runtime("stride.extra_bytes", "64");
-    const Shown shown(kWorldLeft, kWorldBytes);
+    const Shown shown(kWorldLeft);
     EXPECT_EQ(shown.openXr.planes[ML2S_PLANE_IMAGE].stride_bytes, 1080u);
     expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
 }
 
 TEST_F(Frames, CamerasOfOneMomentComeInOnePoll) {
-    const Slots left(ML2S_STREAM_WORLD_LEFT, 2, kWorldBytes), right(ML2S_STREAM_WORLD_RIGHT, 2, kWorldBytes),
-        center(ML2S_STREAM_WORLD_CENTER, 2, kWorldBytes);
+    const Slots left(ML2S_STREAM_WORLD_LEFT), right(ML2S_STREAM_WORLD_RIGHT), center(ML2S_STREAM_WORLD_CENTER);
     auto settings = kWorldLeft;
     settings.streams |= bitOf(ML2S_STREAM_WORLD_RIGHT) | bitOf(ML2S_STREAM_WORLD_CENTER);
     Sensor world(settings);
@@ -134,7 +129,7 @@ TEST_F(Frames, CamerasOfOneMomentComeInOnePoll) {
 
 TEST_F(Frames, DepthIsTheZThatTheVendorsInterfaceGives) {
     const auto settings = depthSettings(ML2S_WANT_CONFIDENCE | ML2S_WANT_FLAGS);
-    const Shown shown(settings, kDepthBytes);
+    const Shown shown(settings);
     expectSameMoment(shown.openXr, shown.sdk);
     expectSamePose(shown.openXr, shown.sdk);
     expectSameLens(shown.openXr, shown.sdk);
@@ -145,7 +140,7 @@ TEST_F(Frames, DepthIsTheZThatTheVendorsInterfaceGives) {
 
 TEST_F(Frames, FlagsAreThisBackendsBitsAndMarkTheInvalid) {
     const auto settings = depthSettings(ML2S_WANT_FLAGS);
-    const Shown shown(settings, kDepthBytes);
+    const Shown shown(settings);
     uint32_t invalid = 0;
     for (uint32_t y = 0; y < shown.openXr.height; y++) {
         for (uint32_t x = 0; x < shown.openXr.width; x++) {
@@ -162,7 +157,7 @@ TEST_F(Frames, FlagsAreThisBackendsBitsAndMarkTheInvalid) {
 
 TEST_F(Frames, RadialDepthIsLeftAsItIs) {
     const auto settings = depthSettings(ML2S_WANT_RADIAL);
-    const Shown shown(settings, kDepthBytes);
+    const Shown shown(settings);
     expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 4);
     EXPECT_EQ(shown.openXr.planes[ML2S_PLANE_CONFIDENCE].size_bytes, 0u);
     EXPECT_EQ(shown.openXr.planes[ML2S_PLANE_FLAGS].size_bytes, 0u);
@@ -171,12 +166,12 @@ TEST_F(Frames, RadialDepthIsLeftAsItIs) {
 TEST_F(Frames, InfraredIsTheRawPicture) {
     auto settings = depthSettings();
     settings.streams = settings.second_streams = bitOf(ML2S_STREAM_INFRA);
-    const Shown shown(settings, kDepthBytes);
+    const Shown shown(settings);
     expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 4);
 }
 
 TEST_F(Frames, AnEyeCameraHasNeitherPoseNorIntrinsics) {
-    const Shown shown(kEyeNasalLeft, kEyeBytes);
+    const Shown shown(kEyeNasalLeft);
     expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
     EXPECT_FALSE(shown.openXr.has & (ML2S_HAS_POSE | ML2S_HAS_INTRINSICS));
 }
@@ -190,7 +185,7 @@ TEST_F(Frames, ColourIsTheJpegOfTheCapture) {
         runtime("fault.sensor.outside", isOutside ? "/pixelsensor/picture/center" : "");
         const bool isMixed = stream == ML2S_STREAM_MIXED_REALITY;
         const ml2sim_color_request request = {isMixed ? 648u : 640u, isMixed ? 720u : 480u, 30, isMixed};
-        const Slots slots(stream, 2, request.width * request.height * 3 / 2 + 64);
+        const Slots slots(stream);
         Sensor camera(openXrSettings(ML2S_SENSOR_COLOR, bitOf(stream), 30, request.width, request.height));
         const auto frame = next(camera);
         ml2sim_color_frame truth;
@@ -214,7 +209,7 @@ TEST_F(Frames, ColourIsTheJpegOfTheCapture) {
 }
 
 TEST_F(Frames, ACaptureComesOnce) {
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 3, kEyeBytes);
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT);
     Sensor eye(kEyeNasalLeft);
     const auto first = next(eye);
     EXPECT_TRUE(eye.poll().empty());
@@ -225,7 +220,7 @@ TEST_F(Frames, ACaptureComesOnce) {
 }
 
 TEST_F(Frames, AFrameWithoutFreeSlotIsLostAndSaidSo) {
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1, kEyeBytes);
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1);
     Sensor eye(kEyeNasalLeft);
     {
         const auto kept = next(eye), lost = next(eye);
@@ -237,22 +232,10 @@ TEST_F(Frames, AFrameWithoutFreeSlotIsLostAndSaidSo) {
     EXPECT_NE(next(eye).slot, ML2S_NO_SLOT);
 }
 
-TEST_F(Frames, SlotsThatAreSmallerThanTheRuntimesBufferGetACopy) {
-    runtime("buffer.extra_bytes", "4096");
-    const Shown shown(kEyeNasalLeft, 400 * 400);
-    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
-}
-
-TEST_F(Frames, SlotsThatAreSmallerThanAPictureMakeItOdd) {
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1, 400 * 400 - 64);
-    Sensor eye(kEyeNasalLeft);
-    expectOdd(eye, "stream 7: slots have 159936 bytes, frames need 160000", [&] { return polled(eye); });
-}
-
-TEST_F(Frames, SlotsOfTheLibraryHaveTheSizeThatTheRuntimeWants) {
+TEST_F(Frames, SlotsHaveTheSizeThatTheRuntimeWants) {
     runtime("buffer.extra_bytes", "5000");
     runtime("picture.extra_bytes", "100");
-    ASSERT_EQ(slots_reserve(ML2S_STREAM_WORLD_LEFT), ML2S_OK);
+    std::optional<Slots> slots(std::in_place, ML2S_STREAM_WORLD_LEFT);
     const auto before = memory_mapped_bytes();
     {
         Sensor world(kWorldLeft);
@@ -261,13 +244,13 @@ TEST_F(Frames, SlotsOfTheLibraryHaveTheSizeThatTheRuntimeWants) {
         EXPECT_GE(memory_mapped_bytes() - before, 1016u * 1016 + 100 + 5000);
         EXPECT_LT(memory_mapped_bytes() - before, 1016u * 1016 + 100 + 5000 + 128) << "what it aligns included";
     }
-    ASSERT_EQ(slots_retire(ML2S_STREAM_WORLD_LEFT), ML2S_OK);
+    slots.reset();
     EXPECT_EQ(memory_mapped_bytes(), before);
 }
 
 TEST_F(Frames, PicturesOutsideTheBufferAreCopied) {
     for (const auto wants : {0u, 0u | ML2S_WANT_CONFIDENCE | ML2S_WANT_FLAGS}) {
-        const Slots slots(ML2S_STREAM_DEPTH, 3, kDepthBytes);
+        const Slots slots(ML2S_STREAM_DEPTH);
         const auto settings = depthSettings(wants);
         Sensor byOpenXr(settings), bySdk(onSdk(settings));
         runtime("fault.sensor.outside", "/pixelsensor/depth/center");
@@ -285,13 +268,13 @@ TEST_F(Frames, PicturesOutsideTheBufferAreCopied) {
 
 TEST_F(Frames, PaddingAfterAPictureIsNoPartOfIt) {
     runtime("picture.extra_bytes", "100");
-    const Shown shown(kEyeNasalLeft, kEyeBytes);
+    const Shown shown(kEyeNasalLeft);
     EXPECT_EQ(shown.openXr.planes[ML2S_PLANE_IMAGE].size_bytes, 400u * 400);
     expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
 }
 
 TEST_F(Frames, AnOddPictureIsSkippedAndARunOfThemIsTold) {
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1, kEyeBytes);
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT);
     Sensor eye(kEyeNasalLeft);
     runtime("fault.sensor.odd", "/pixelsensor/eye/nasal/left");
     expectOdd(eye, "/pixelsensor/eye/nasal/left: 400x200 pixels, configured for 400x400", [&] { return polled(eye); });
@@ -301,7 +284,7 @@ TEST_F(Frames, AnOddPictureIsSkippedAndARunOfThemIsTold) {
 }
 
 TEST_F(Frames, ARunningCameraThatFailsIsTold) {
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1, kEyeBytes);
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT);
     Sensor eye(kEyeNasalLeft);
     runtime("fault.sensor.failing", "/pixelsensor/eye/nasal/left");
     EXPECT_TRUE(polled(eye).empty());
@@ -311,7 +294,7 @@ TEST_F(Frames, ARunningCameraThatFailsIsTold) {
 }
 
 TEST_F(Frames, ACaptureOlderThanTheRuntimesMemoryHasNoPose) {
-    const Slots slots(ML2S_STREAM_WORLD_LEFT, 2, kWorldBytes);
+    const Slots slots(ML2S_STREAM_WORLD_LEFT);
     Sensor world(kWorldLeft);
     runtime("fault.pose.time_invalid", "1");
     const auto without = next(world);
@@ -324,7 +307,7 @@ TEST_F(Frames, ACaptureOlderThanTheRuntimesMemoryHasNoPose) {
 
 TEST_F(Frames, AnUntrackedHeadsetGivesFramesWithoutPose) {
     headset("fault.head.tracking", "2");
-    const Slots slots(ML2S_STREAM_WORLD_LEFT, 2, kWorldBytes);
+    const Slots slots(ML2S_STREAM_WORLD_LEFT);
     Sensor world(kWorldLeft);
     const auto frame = next(world);
     EXPECT_FALSE(frame.has & ML2S_HAS_POSE);
@@ -339,7 +322,7 @@ class RunningFrames : public OpenXr {
 };
 
 TEST_F(RunningFrames, AStalledCameraDoesNotHoldBackTheOthers) {
-    const Slots left(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes), right(ML2S_STREAM_EYE_NASAL_RIGHT, 2, kEyeBytes);
+    const Slots left(ML2S_STREAM_EYE_NASAL_LEFT), right(ML2S_STREAM_EYE_NASAL_RIGHT);
     auto settings = kEyeNasalLeft;
     settings.streams |= bitOf(ML2S_STREAM_EYE_NASAL_RIGHT);
     Sensor eyes(settings);
@@ -357,7 +340,7 @@ TEST_F(RunningFrames, AStalledCameraDoesNotHoldBackTheOthers) {
 
 TEST_F(RunningFrames, StampsAreTheBoottimeOfTheCapture) {
     headset("mltime_skew_ppm", "200");
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes);
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT);
     Sensor eye(kEyeNasalLeft);
     const Only got(eye.poll(10000 * kMillisecond));
     EXPECT_NEAR(static_cast<double>(got.capture_nanos - ml2sim_boottime_of_mltime(got.device_nanos)), 0, 50000);

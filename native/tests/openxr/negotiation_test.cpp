@@ -94,22 +94,21 @@ TEST_F(Negotiation, AFailureToStopIsSaidAndTheSensorIsClosedAllTheSame) {
 }
 
 TEST_F(Negotiation, OtherSettingsReplaceThoseInForce) {
-    const Slots slots(ML2S_STREAM_COLOR, 2, 1280 * 960 * 3 / 2 + 64);
+    const Slots slots(ML2S_STREAM_COLOR);
     Sensor camera(color(30, 640, 480));
     EXPECT_EQ(camera.configure(color(15, 1280, 960)), ML2S_OK);
     expectFrameOf(camera, 1280);
 }
 
 TEST_F(Negotiation, SettingsThatAreRefusedLeaveTheOldOnesRunning) {
-    const Slots slots(ML2S_STREAM_COLOR, 2, 640 * 480 * 3 / 2 + 64);
+    const Slots slots(ML2S_STREAM_COLOR);
     Sensor camera(color(30, 640, 480));
     EXPECT_EQ(camera.configure(color(30, 641, 480)), ML2S_INVALID_ARGUMENT);
     expectFrameOf(camera, 640);
 }
 
 TEST_F(Negotiation, AStopThatFailsLeavesTheOldSettingsRunning) {
-    const Slots left(ML2S_STREAM_EYE_NASAL_LEFT, 2, 400 * 400 + 64),
-        right(ML2S_STREAM_EYE_NASAL_RIGHT, 2, 400 * 400 + 64);
+    const Slots left(ML2S_STREAM_EYE_NASAL_LEFT), right(ML2S_STREAM_EYE_NASAL_RIGHT);
     auto both = kEyeNasalLeft;
     both.streams |= bitOf(ML2S_STREAM_EYE_NASAL_RIGHT);
     Sensor eyes(both);
@@ -137,7 +136,7 @@ class Stopped : public Negotiation {
         camera.reset();
         Negotiation::TearDown();
     }
-    const Slots slots{ML2S_STREAM_COLOR, 2, 640 * 480 * 3 / 2 + 64};
+    const Slots slots{ML2S_STREAM_COLOR};
     std::optional<Sensor> camera;
 };
 

@@ -15,7 +15,7 @@ class Threads : public OpenXr {
 
 TEST_F(Threads, SensorsOfSeveralThreadsComeAndGoInOneSession) {
     constexpr int kRounds = 5;
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, 400 * 400);
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT);
     std::atomic<int> frames{0}, poses{0};
     const auto pollPoses = [&](const ml2s_settings &settings) {
         for (int round = 0; round < kRounds; round++) {
@@ -41,7 +41,7 @@ TEST_F(Threads, SensorsOfSeveralThreadsComeAndGoInOneSession) {
 }
 
 TEST_F(Threads, FramesAreReadWhileTheNextAreWritten) {
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 3, 400 * 400);
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT);
     std::atomic<bool> isDone{false};
     std::thread reader([&] { readAll(ML2S_STREAM_EYE_NASAL_LEFT, isDone); });
     {

@@ -65,7 +65,7 @@ class Depth : public testing::Test {
     Plane<float> distances{1}, confidence{1000}, raw{2000};
     Plane<uint32_t> flags{0};
     MLDepthCameraFrame frame = {};
-    Slots slots{ML2S_STREAM_DEPTH, 2, 1024};
+    Slots slots{ML2S_STREAM_DEPTH, 2};
 };
 
 } // namespace
@@ -171,7 +171,7 @@ TEST_F(Depth, MetadataIsPassedAsTheVendorGaveIt) {
 }
 
 TEST_F(Depth, InfraIsTheRawPictureWithTheLightOn) {
-    const Slots infraSlots(ML2S_STREAM_INFRA, 1, 1024);
+    const Slots infraSlots(ML2S_STREAM_INFRA);
     Sensor sensor(settingsOf(ML2S_SENSOR_DEPTH, kInfra));
     EXPECT_EQ(script.depthSettings.stream_configs[0].flags, MLDepthCameraFlags_RawDepthImage);
     script.depthFrames[0].depth_image = script.depthFrames[0].flags = nullptr;
@@ -234,15 +234,6 @@ TEST_F(Depth, WithoutAFreeSlotTheFrameIsLostAndReleased) {
     EXPECT_EQ(third[0].planes[0].size_bytes, 0u);
     EXPECT_EQ(third[0].frame_number, 41);
     EXPECT_EQ(script.countOf("MLDepthCameraReleaseDepthData"), 3);
-}
-
-TEST_F(Depth, AFrameThatIsTooLargeForTheSlotsProvidedIsOdd) {
-    auto settings = depth;
-    settings.wants = ML2S_WANT_CONFIDENCE;
-    ASSERT_EQ(ml2s_provide(ML2S_STREAM_DEPTH, nullptr, 0), ML2S_OK);
-    const Slots small(ML2S_STREAM_DEPTH, 1, 192 + 191);
-    Sensor sensor(settings);
-    expectOdd(sensor, "stream 5: slots have 383 bytes, frames need 384");
 }
 
 TEST_F(Depth, ATimeoutIsNoErrorAndNothingIsReleased) {

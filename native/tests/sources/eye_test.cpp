@@ -25,8 +25,8 @@ class Eye : public testing::Test {
     }
 
     uint8_t pixels[20] = {0, 1, 2, 3, 99, 4, 5, 6, 7, 99, 8, 9, 10, 11, 99, 12, 13, 14, 15, 99};
-    Slots nasalLeft{ML2S_STREAM_EYE_NASAL_LEFT, 1, 16}, nasalRight{ML2S_STREAM_EYE_NASAL_RIGHT, 1, 16},
-        templeLeft{ML2S_STREAM_EYE_TEMPLE_LEFT, 1, 16}, templeRight{ML2S_STREAM_EYE_TEMPLE_RIGHT, 1, 16};
+    Slots nasalLeft{ML2S_STREAM_EYE_NASAL_LEFT}, nasalRight{ML2S_STREAM_EYE_NASAL_RIGHT},
+        templeLeft{ML2S_STREAM_EYE_TEMPLE_LEFT}, templeRight{ML2S_STREAM_EYE_TEMPLE_RIGHT};
 };
 
 } // namespace

@@ -190,7 +190,7 @@ TEST_F(Handles, LeasedSlotsStayValidWhenTheirSensorIsClosed) {
     frame.frame_type = MLWorldCameraFrameType_NormalExposure;
     frame.frame_buffer = {4, 4, 4, 1, 16, pixels.data()};
     script.worldFrames = {frame};
-    const Slots slots(ML2S_STREAM_WORLD_LEFT, 1, 16);
+    const Slots slots(ML2S_STREAM_WORLD_LEFT);
     Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kLeft));
     const Only got(sensor.poll());
     EXPECT_EQ(sensor.close(), ML2S_OK);

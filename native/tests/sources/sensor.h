@@ -26,27 +26,31 @@ inline ml2s_settings settingsOf(ml2s_sensor sensor, uint64_t streams, uint64_t s
     return settings;
 }
 
-/** Slots for a stream; at the end all must have come back. */
+/** Slots of a stream, so many of which are free. At the end all must have come back. */
 class Slots {
   public:
-    Slots(uint32_t stream, uint32_t count, size_t size_bytes) : stream_(stream), memory_(count * rounded(size_bytes)) {
-        std::vector<ml2s_memory> slots;
-        for (uint32_t i = 0; i < count; i++) {
-            slots.push_back({memory_[i * rounded(size_bytes)].bytes, size_bytes});
+    explicit Slots(uint32_t stream, uint32_t free = ML2S_MAX_SLOTS) : stream_(stream), held_(ML2S_MAX_SLOTS - free) {
+        EXPECT_EQ(ml2s_reserve(stream), ML2S_OK);
+        ml2s_memory memory;
+        for (auto &slot : held_) {
+            EXPECT_EQ(ml2s_take(stream, 1, &slot, &memory), ML2S_OK);
         }
-        EXPECT_EQ(ml2s_provide(stream, slots.data(), count), ML2S_OK);
     }
-    ~Slots() { EXPECT_EQ(ml2s_provide(stream_, nullptr, 0), ML2S_OK) << "a slot of " << stream_ << " is leased"; }
+    ~Slots() {
+        for (const auto slot : held_) {
+            EXPECT_EQ(ml2s_release(stream_, slot), ML2S_OK);
+        }
+        EXPECT_EQ(ml2s_retire(stream_), ML2S_OK);
+        for (uint32_t slot = 0; slot < ML2S_MAX_SLOTS; slot++) {
+            EXPECT_EQ(ml2s_release(stream_, slot), ML2S_INVALID_ARGUMENT) << "a slot of " << stream_ << " was leased";
+        }
+    }
     Slots(const Slots &) = delete;
     Slots &operator=(const Slots &) = delete;
 
   private:
-    struct Line {
-        alignas(64) uint8_t bytes[64];
-    };
-    static size_t rounded(size_t size_bytes) { return (size_bytes + sizeof(Line) - 1) / sizeof(Line); }
     uint32_t stream_;
-    std::vector<Line> memory_;
+    std::vector<uint32_t> held_;
 };
 
 /** Frames of a poll; at their end the slots are given back. */

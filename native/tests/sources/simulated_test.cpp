@@ -46,7 +46,7 @@ struct Camera {
     const char *name;
     ml2s_sensor sensor;
     ml2s_stream stream;
-    uint32_t slot_bytes;
+    uint32_t image_bytes;
     bool hasPose;
 };
 
@@ -57,7 +57,7 @@ class SimulatedCamera : public Simulated, public testing::WithParamInterface<Cam
   protected:
     void SetUp() override {
         Simulated::SetUp();
-        slots_.emplace(GetParam().stream, 2, GetParam().slot_bytes);
+        slots_.emplace(GetParam().stream);
     }
     void TearDown() override {
         slots_.reset();
@@ -94,7 +94,7 @@ INSTANTIATE_TEST_SUITE_P(Each, SimulatedCamera,
 TEST_P(SimulatedCamera, AFrameHasTheTrueTimeAndPose) {
     Sensor sensor(settings());
     const Only got(capture(sensor));
-    EXPECT_EQ(got.planes[0].size_bytes, GetParam().slot_bytes);
+    EXPECT_EQ(got.planes[0].size_bytes, GetParam().image_bytes);
     EXPECT_NEAR(static_cast<double>(got.capture_nanos - ml2sim_boottime_of_mltime(got.device_nanos)), 0, 1e6);
     EXPECT_EQ((got.has & ML2S_HAS_POSE) != 0, GetParam().hasPose);
     ml2sim_pose truth;
@@ -280,7 +280,7 @@ TEST_F(Simulated, TheColourCameraIsWhereItTrulyWasAtTheTimeAsked) {
 }
 
 TEST_F(Simulated, DepthEyesAndColourRunBesideEachOther) {
-    const Slots depthSlots(ML2S_STREAM_INFRA, 1, 544 * 480 * 4), eyeSlots(ML2S_STREAM_EYE_TEMPLE_LEFT, 1, 400 * 400);
+    const Slots depthSlots(ML2S_STREAM_INFRA), eyeSlots(ML2S_STREAM_EYE_TEMPLE_LEFT);
     Sensor depth(settingsOf(ML2S_SENSOR_DEPTH, bits({ML2S_STREAM_INFRA}), bits({ML2S_STREAM_INFRA})));
     Sensor eye(settingsOf(ML2S_SENSOR_EYE, bits({ML2S_STREAM_EYE_TEMPLE_LEFT})));
     Sensor colorSensor(color);

@@ -2,6 +2,7 @@
 #include <atomic>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -12,7 +13,7 @@
 
 extern "C" {
 #include "../../sdk/memory.h"
-#include "../../sources/slot_memory.h"
+#include "../../sources/slots.h"
 }
 
 namespace {
@@ -24,7 +25,7 @@ constexpr size_t kSlotBytes = kWords * sizeof(uint32_t);
 std::optional<uint32_t> take() {
     uint32_t slot;
     ml2s_memory memory;
-    return ml2s_take(kStream, &slot, &memory) == ML2S_OK ? std::optional(slot) : std::nullopt;
+    return ml2s_take(kStream, kSlotBytes, &slot, &memory) == ML2S_OK ? std::optional(slot) : std::nullopt;
 }
 
 ml2s_result publish(uint32_t slot, int64_t capture_nanos) {
@@ -56,33 +57,36 @@ TEST(Slots, AStreamWithoutSlotsHasNoneToTakeAndNothingLatest) {
 }
 
 TEST(Slots, EverySlotIsTakenOnceUntilItIsReleased) {
-    const Slots slots(kStream, 3, kSlotBytes);
-    EXPECT_EQ(*take() + *take() + *take(), 0u + 1 + 2);
-    EXPECT_FALSE(take());
+    const Slots slots(kStream);
+    std::set<uint32_t> taken;
+    while (const auto slot = take()) {
+        EXPECT_TRUE(taken.insert(*slot).second);
+    }
+    EXPECT_EQ(taken.size(), size_t{ML2S_MAX_SLOTS});
     EXPECT_EQ(ml2s_release(kStream, 1), ML2S_OK);
     EXPECT_EQ(take(), 1u);
-    for (uint32_t slot = 0; slot < 3; slot++) {
+    for (const auto slot : taken) {
         EXPECT_EQ(ml2s_release(kStream, slot), ML2S_OK);
     }
 }
 
 TEST(Slots, ThePublishedFrameIsLeasedWithItsMemoryUntilEveryReaderReleases) {
-    const Slots slots(kStream, 1, kSlotBytes);
+    const Slots slots(kStream, 1);
     publishOnce(100);
     const auto first = acquire(0);
     const auto second = acquire(99);
     ASSERT_TRUE(first && second);
     EXPECT_EQ(first->capture_nanos, 100);
     EXPECT_EQ(first->data, second->data);
-    EXPECT_EQ(ml2s_provide(kStream, nullptr, 0), ML2S_BUSY);
+    EXPECT_EQ(ml2s_unpublish(kStream), ML2S_OK);
     EXPECT_EQ(ml2s_release(kStream, first->slot), ML2S_OK);
-    EXPECT_EQ(ml2s_provide(kStream, nullptr, 0), ML2S_BUSY);
+    EXPECT_FALSE(take()) << "the second reads on";
     EXPECT_EQ(ml2s_release(kStream, second->slot), ML2S_OK);
-    EXPECT_EQ(ml2s_release(kStream, second->slot), ML2S_INVALID_ARGUMENT) << "the lease of latest is nobody's to end";
+    EXPECT_EQ(ml2s_release(kStream, second->slot), ML2S_INVALID_ARGUMENT) << "nobody has a lease to end";
 }
 
 TEST(Slots, AnUnpublishedFrameIsAcquiredNoMoreAndItsReadersKeepIt) {
-    const Slots slots(kStream, 1, kSlotBytes);
+    const Slots slots(kStream, 1);
     publishOnce(100);
     const auto leased = acquire(0);
     ASSERT_TRUE(leased);
@@ -99,7 +103,7 @@ TEST(Slots, AnUnpublishedFrameIsAcquiredNoMoreAndItsReadersKeepIt) {
 }
 
 TEST(Slots, OnlyNewerFramesAreAcquired) {
-    const Slots slots(kStream, 2, kSlotBytes);
+    const Slots slots(kStream, 2);
     publishOnce(100);
     EXPECT_FALSE(acquire(100));
     publishOnce(200);
@@ -110,55 +114,59 @@ TEST(Slots, OnlyNewerFramesAreAcquired) {
 }
 
 TEST(Slots, TheLatestIsKeptWhileOthersAreTaken) {
-    const Slots slots(kStream, 2, kSlotBytes);
+    const Slots slots(kStream, 2);
     publishOnce(100);
     const auto other = take();
     ASSERT_TRUE(other);
     EXPECT_FALSE(take());
     EXPECT_EQ(publish(*other, 200), ML2S_OK);
-    EXPECT_TRUE(take()) << "the old latest is free again";
+    const auto first = take();
+    ASSERT_TRUE(first) << "the old latest is free again";
     EXPECT_EQ(ml2s_release(kStream, *other), ML2S_OK);
-    EXPECT_EQ(ml2s_release(kStream, 1 - *other), ML2S_OK);
+    EXPECT_EQ(ml2s_release(kStream, *first), ML2S_OK);
 }
 
 TEST(Slots, AFrameIsPublishedOnceAndOnlyByItsWriter) {
-    const Slots slots(kStream, 1, kSlotBytes);
+    const Slots slots(kStream);
     EXPECT_EQ(publish(0, 1), ML2S_INVALID_ARGUMENT);
-    ASSERT_TRUE(take());
+    ASSERT_EQ(take(), 0u);
     EXPECT_EQ(publish(0, 1), ML2S_OK);
     EXPECT_EQ(publish(0, 2), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_release(kStream, 0), ML2S_OK);
 }
 
 TEST(Slots, AWriterMayGiveUp) {
-    const Slots slots(kStream, 1, kSlotBytes);
-    ASSERT_TRUE(take());
+    const Slots slots(kStream);
+    ASSERT_EQ(take(), 0u);
     EXPECT_EQ(ml2s_release(kStream, 0), ML2S_OK);
     EXPECT_EQ(publish(0, 1), ML2S_INVALID_ARGUMENT);
     EXPECT_FALSE(acquire(INT64_MIN));
 }
 
 TEST(Slots, MisuseIsRefused) {
-    alignas(64) static uint8_t bytes[128];
-    const ml2s_memory unaligned = {bytes + 1, 64};
-    const ml2s_memory none = {nullptr, 64};
-    const ml2s_memory good = {bytes, 64};
+    const Slots slots(kStream);
     uint32_t slot;
     ml2s_memory memory;
     auto frame = sized<ml2s_frame>();
     frame.slot = ML2S_MAX_SLOTS;
-    EXPECT_EQ(ml2s_provide(kStream, &unaligned, 1), ML2S_INVALID_ARGUMENT);
-    EXPECT_EQ(ml2s_provide(kStream, &none, 1), ML2S_INVALID_ARGUMENT);
-    EXPECT_EQ(ml2s_provide(kStream, nullptr, 1), ML2S_INVALID_ARGUMENT);
-    EXPECT_EQ(ml2s_provide(kStream, &good, ML2S_MAX_SLOTS + 1), ML2S_INVALID_ARGUMENT);
-    EXPECT_EQ(ml2s_provide(ML2S_STREAM_COUNT, &good, 1), ML2S_INVALID_ARGUMENT);
-    EXPECT_EQ(ml2s_take(ML2S_STREAM_COUNT, &slot, &memory), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_take(ML2S_STREAM_COUNT, 64, &slot, &memory), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_take(kStream, 0, &slot, &memory), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_take(kStream, 64, nullptr, &memory), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_take(kStream, 64, &slot, nullptr), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_publish(&frame), ML2S_INVALID_ARGUMENT);
-    EXPECT_EQ(ml2s_unpublish(ML2S_STREAM_COUNT), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_publish(nullptr), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_release(kStream, ML2S_MAX_SLOTS), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_release(kStream, 0), ML2S_INVALID_ARGUMENT);
     frame.struct_size--;
     EXPECT_EQ(ml2s_acquire_latest(kStream, 0, &frame), ML2S_INVALID_ARGUMENT);
+}
+
+TEST(Slots, MemoryThatTheSystemDoesNotHaveLosesTheFrame) {
+    const Slots slots(kStream, 1);
+    uint32_t slot;
+    ml2s_memory memory;
+    EXPECT_EQ(ml2s_take(kStream, uint64_t{1} << 60, &slot, &memory), ML2S_ALL_SLOTS_LEASED);
+    publishOnce(100);
 }
 
 namespace {
@@ -169,7 +177,7 @@ int64_t write(const std::atomic<int> &reads, int enough) {
     for (int64_t number = 1; reads < enough; number++) {
         uint32_t slot;
         ml2s_memory memory;
-        if (ml2s_take(kStream, &slot, &memory)) {
+        if (ml2s_take(kStream, kSlotBytes, &slot, &memory)) {
             lost++;
             std::this_thread::yield();
             continue;
@@ -226,7 +234,7 @@ void leaseAndDie(std::optional<ml2s_frame> &leased, const std::atomic<bool> &isD
 } // namespace
 
 TEST(Slots, SlowFastAndDyingReadersSeeWholeFramesAndTheWriterNeverWaits) {
-    const Slots slots(kStream, 6, kSlotBytes);
+    const Slots slots(kStream, 6);
     std::atomic<bool> isDone = false;
     std::optional<ml2s_frame> leased;
     std::thread dying([&] { leaseAndDie(leased, isDone); });
@@ -245,7 +253,7 @@ TEST(Slots, SlowFastAndDyingReadersSeeWholeFramesAndTheWriterNeverWaits) {
     }
 }
 
-TEST(Slots, SlotsAreExchangedWhileFramesAreWrittenAndRead) {
+TEST(Slots, StreamsEndAndBeginWhileFramesAreWrittenAndRead) {
     std::atomic<bool> isDone = false;
     std::atomic<int> reads = 0;
     std::thread reader([&] { read(isDone, false, reads); });
@@ -253,22 +261,16 @@ TEST(Slots, SlotsAreExchangedWhileFramesAreWrittenAndRead) {
         write(reads, 100);
         isDone = true;
     });
-    struct Memory {
-        alignas(64) uint8_t bytes[kSlotBytes];
-    };
-    std::vector<Memory> memory(4);
-    const auto provide = [&](size_t first, uint32_t count) {
-        const ml2s_memory slots[] = {{memory[first].bytes, sizeof(Memory)}, {memory[first + 1].bytes, sizeof(Memory)}};
-        return ml2s_provide(kStream, slots, count);
-    };
-    for (size_t half = 0; !isDone; half = 2 - half) {
-        while (provide(half, 2) == ML2S_BUSY && !isDone) {
+    while (!isDone) {
+        ASSERT_EQ(ml2s_reserve(kStream), ML2S_OK);
+        for (const int before = reads; reads == before && !isDone;) {
             std::this_thread::yield();
         }
+        ASSERT_EQ(ml2s_retire(kStream), ML2S_OK);
     }
     writer.join();
     reader.join();
-    EXPECT_EQ(provide(0, 0), ML2S_OK);
+    EXPECT_EQ(memory_mapped_bytes(), 0u);
 }
 
 namespace {
@@ -278,7 +280,7 @@ constexpr uint64_t kPicture = 1 << 20;
 /** Reserves the slots of the stream, whose memory is the library's. */
 class Reserved {
   public:
-    Reserved() { EXPECT_EQ(slots_reserve(kStream), ML2S_OK); }
+    Reserved() { EXPECT_EQ(ml2s_reserve(kStream), ML2S_OK); }
     ~Reserved() {
         if (isReserved_) {
             end();
@@ -290,7 +292,7 @@ class Reserved {
 
     void end() {
         isReserved_ = false;
-        EXPECT_EQ(slots_retire(kStream), ML2S_OK);
+        EXPECT_EQ(ml2s_retire(kStream), ML2S_OK);
     }
 
   private:
@@ -303,7 +305,7 @@ ml2s_frame filled(uint64_t size_bytes, uint8_t value) {
     ml2s_memory memory = {};
     frame.stream = kStream;
     frame.capture_nanos = value;
-    EXPECT_EQ(slots_take(kStream, size_bytes, &frame.slot, &memory), ML2S_OK);
+    EXPECT_EQ(ml2s_take(kStream, size_bytes, &frame.slot, &memory), ML2S_OK);
     EXPECT_EQ(memory.size_bytes, size_bytes);
     EXPECT_EQ(reinterpret_cast<uintptr_t>(memory.data) % 64, 0u);
     std::memset(memory.data, value, size_bytes);
@@ -331,20 +333,6 @@ TEST(ReservedSlots, HaveMemoryOnlyOnceFramesNeedIt) {
     EXPECT_EQ(memory_mapped_bytes(), 2 * kPicture);
     giveBack(first);
     giveBack(second);
-}
-
-TEST(ReservedSlots, AreAsManyAsAStreamMayHave) {
-    const Reserved reserved;
-    std::vector<ml2s_frame> frames;
-    for (uint8_t i = 0; i < ML2S_MAX_SLOTS; i++) {
-        frames.push_back(filled(64, i));
-    }
-    uint32_t slot;
-    ml2s_memory memory;
-    EXPECT_EQ(slots_take(kStream, 64, &slot, &memory), ML2S_ALL_SLOTS_LEASED);
-    for (const auto &frame : frames) {
-        giveBack(frame);
-    }
 }
 
 TEST(ReservedSlots, AnEndedStreamsMemoryGoesWithItsLastLease) {
@@ -415,25 +403,13 @@ TEST(ReservedSlots, AnotherModeReplacesTheMemoryOfTheLastOne) {
 TEST(ReservedSlots, AreKeptUntilEveryReservationHasEnded) {
     Reserved reserved;
     {
-        EXPECT_EQ(slots_reserve(kStream), ML2S_OK);
+        EXPECT_EQ(ml2s_reserve(kStream), ML2S_OK);
         giveBack(filled(kPicture, 1));
-        EXPECT_EQ(slots_retire(kStream), ML2S_OK);
+        EXPECT_EQ(ml2s_retire(kStream), ML2S_OK);
     }
     EXPECT_EQ(memory_mapped_bytes(), kPicture);
     reserved.end();
-    EXPECT_EQ(slots_retire(kStream), ML2S_INVALID_ARGUMENT);
-}
-
-TEST(ReservedSlots, AreNotBesideSlotsOfTheCaller) {
-    {
-        const Slots slots(kStream, 2, kSlotBytes);
-        EXPECT_EQ(slots_reserve(kStream), ML2S_BUSY);
-    }
-    const Reserved reserved;
-    alignas(64) uint8_t bytes[64];
-    const ml2s_memory memory = {bytes, sizeof bytes};
-    EXPECT_EQ(ml2s_provide(kStream, &memory, 1), ML2S_BUSY);
-    EXPECT_FALSE(take());
+    EXPECT_EQ(ml2s_retire(kStream), ML2S_INVALID_ARGUMENT);
 }
 
 /** A reader of the same process, such as C#, has no part in when streams end: its memory must stay all the same. */
@@ -457,11 +433,11 @@ TEST(ReservedSlots, ReadersKeepTheirFramesWhileStreamsEndBeginAndChangeTheirMode
     };
     std::thread first(readAll), second(readAll);
     for (uint8_t value = 1; reads < 300; value = static_cast<uint8_t>(value % 100 + 1)) {
-        ASSERT_EQ(slots_reserve(kStream), ML2S_OK);
+        ASSERT_EQ(ml2s_reserve(kStream), ML2S_OK);
         for (uint64_t size = kPicture / 8; size >= kPicture / 32; size /= 2) {
             uint32_t slot;
             ml2s_memory memory;
-            if (slots_take(kStream, size, &slot, &memory)) {
+            if (ml2s_take(kStream, size, &slot, &memory)) {
                 continue;
             }
             auto frame = sized<ml2s_frame>();
@@ -474,7 +450,7 @@ TEST(ReservedSlots, ReadersKeepTheirFramesWhileStreamsEndBeginAndChangeTheirMode
             std::this_thread::yield();
             giveBack(frame);
         }
-        ASSERT_EQ(slots_retire(kStream), ML2S_OK);
+        ASSERT_EQ(ml2s_retire(kStream), ML2S_OK);
     }
     isDone = true;
     first.join();
@@ -485,18 +461,18 @@ TEST(ReservedSlots, ReadersKeepTheirFramesWhileStreamsEndBeginAndChangeTheirMode
 TEST(EncodedSlots, AreBesideThoseOfTheFrames) {
     constexpr uint32_t kEncoded = kStream | ML2S_ENCODED;
     Reserved reserved;
-    EXPECT_EQ(slots_reserve(kEncoded), ML2S_OK);
+    EXPECT_EQ(ml2s_reserve(kEncoded), ML2S_OK);
     const auto frame = filled(kPicture, 1);
     EXPECT_EQ(ml2s_publish(&frame), ML2S_OK);
     uint32_t slots[ML2S_MAX_SLOTS];
     for (auto &slot : slots) {
         ml2s_memory memory;
-        ASSERT_EQ(slots_take(kEncoded, 100, &slot, &memory), ML2S_OK);
+        ASSERT_EQ(ml2s_take(kEncoded, 100, &slot, &memory), ML2S_OK);
         std::memset(memory.data, 9, 100);
     }
     uint32_t none;
     ml2s_memory memory;
-    EXPECT_EQ(slots_take(kEncoded, 100, &none, &memory), ML2S_ALL_SLOTS_LEASED);
+    EXPECT_EQ(ml2s_take(kEncoded, 100, &none, &memory), ML2S_ALL_SLOTS_LEASED);
     const auto latest = acquire(0);
     ASSERT_TRUE(latest);
     EXPECT_EQ(latest->stream, kStream);
@@ -505,7 +481,7 @@ TEST(EncodedSlots, AreBesideThoseOfTheFrames) {
     giveBack(frame);
     reserved.end();
     EXPECT_EQ(slots_memory(kEncoded, slots[3]).data[99], 9) << "the frames' slots ended, these did not";
-    EXPECT_EQ(slots_retire(kEncoded), ML2S_OK);
+    EXPECT_EQ(ml2s_retire(kEncoded), ML2S_OK);
     for (uint32_t slot : slots) {
         EXPECT_EQ(ml2s_release(kEncoded, slot), ML2S_OK);
         EXPECT_EQ(ml2s_release(kEncoded, slot), ML2S_INVALID_ARGUMENT);
@@ -517,27 +493,29 @@ TEST(EncodedSlots, TakePagesOfWhatIsWrittenOnly) {
     constexpr uint32_t kEncoded = kStream | ML2S_ENCODED;
     constexpr uint64_t kMost = 1 << 22, kWritten = 10000;
     const auto page = static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
-    EXPECT_EQ(slots_reserve(kEncoded), ML2S_OK);
+    EXPECT_EQ(ml2s_reserve(kEncoded), ML2S_OK);
     uint32_t slot;
     ml2s_memory memory;
-    ASSERT_EQ(slots_take(kEncoded, kMost, &slot, &memory), ML2S_OK);
+    ASSERT_EQ(ml2s_take(kEncoded, kMost, &slot, &memory), ML2S_OK);
     ASSERT_EQ(madvise(memory.data, memory.size_bytes, MADV_NOHUGEPAGE), 0);
     std::memset(memory.data, 1, kWritten);
     std::vector<unsigned char> isResident(kMost / page);
     ASSERT_EQ(mincore(memory.data, kMost, isResident.data()), 0);
     EXPECT_EQ(std::count(isResident.begin(), isResident.end(), 1), static_cast<std::ptrdiff_t>(kWritten / page + 1));
-    EXPECT_EQ(slots_retire(kEncoded), ML2S_OK);
+    EXPECT_EQ(ml2s_retire(kEncoded), ML2S_OK);
     EXPECT_EQ(ml2s_release(kEncoded, slot), ML2S_OK);
 }
 
 TEST(EncodedSlots, AreOfStreamsThatExist) {
     for (uint32_t stream : {static_cast<uint32_t>(ML2S_STREAM_COUNT), ML2S_STREAM_COUNT | ML2S_ENCODED,
                             kStream | 2 * ML2S_ENCODED, kStream | 3 * ML2S_ENCODED, UINT32_MAX}) {
-        EXPECT_EQ(slots_reserve(stream), ML2S_INVALID_ARGUMENT);
-        EXPECT_EQ(slots_retire(stream), ML2S_INVALID_ARGUMENT);
+        EXPECT_EQ(ml2s_reserve(stream), ML2S_INVALID_ARGUMENT);
+        EXPECT_EQ(ml2s_retire(stream), ML2S_INVALID_ARGUMENT);
         EXPECT_EQ(ml2s_release(stream, 0), ML2S_INVALID_ARGUMENT);
         EXPECT_EQ(ml2s_unpublish(stream), ML2S_INVALID_ARGUMENT);
-        EXPECT_EQ(ml2s_provide(stream, nullptr, 0), ML2S_INVALID_ARGUMENT);
+        uint32_t slot;
+        ml2s_memory memory;
+        EXPECT_EQ(ml2s_take(stream, 64, &slot, &memory), ML2S_INVALID_ARGUMENT);
         EXPECT_EQ(slots_memory(stream, 0).data, nullptr);
     }
 }

@@ -16,14 +16,13 @@ constexpr uint64_t kTimeoutNanos = 10000000000;
 struct Stream {
     ml2s_sensor sensor;
     ml2s_stream stream;
-    uint32_t slot_bytes;
     bool isSecond; ///< Short range, which is faster.
 };
 
 constexpr Stream kStreams[] = {
-    {ML2S_SENSOR_DEPTH, ML2S_STREAM_DEPTH, 544 * 480 * 4, true},
-    {ML2S_SENSOR_WORLD, ML2S_STREAM_WORLD_RIGHT, 1016 * 1016, false},
-    {ML2S_SENSOR_EYE, ML2S_STREAM_EYE_NASAL_RIGHT, 400 * 400, false},
+    {ML2S_SENSOR_DEPTH, ML2S_STREAM_DEPTH, true},
+    {ML2S_SENSOR_WORLD, ML2S_STREAM_WORLD_RIGHT, false},
+    {ML2S_SENSOR_EYE, ML2S_STREAM_EYE_NASAL_RIGHT, false},
 };
 
 /** A headset whose clock runs faster than the machine's, so that no capture is waited for. */
@@ -75,7 +74,7 @@ TEST_F(Stress, CamerasOfSeveralThreadsDeliverEveryFrameWhileOthersRead) {
     std::vector<std::thread> captures;
     for (const auto &stream : kStreams) {
         captures.emplace_back([&stream] {
-            const Slots slots(stream.stream, 3, stream.slot_bytes); // the latest, the writer's, the reader's
+            const Slots slots(stream.stream);
             std::atomic<bool> isDone = false;
             std::thread reader([&] { readAll(stream.stream, isDone); });
             capture(stream);

@@ -13,7 +13,7 @@ namespace Ml2Sensors.Tests
         private NativeSlots _slots;
 
         [SetUp]
-        public void SetUp() => _slots = new NativeSlots(Stream, 2, 64);
+        public void SetUp() => _slots = new NativeSlots(Stream);
 
         [TearDown]
         public void TearDown() => _slots.Dispose();
@@ -91,7 +91,7 @@ namespace Ml2Sensors.Tests
             GC.Collect();
             GC.WaitForPendingFinalizers();
             Assert.DoesNotThrow(() => _slots.Dispose());
-            _slots = new NativeSlots(Stream, 1, 64);
+            _slots = new NativeSlots(Stream);
         }
     }
 }

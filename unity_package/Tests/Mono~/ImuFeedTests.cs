@@ -18,7 +18,7 @@ namespace Ml2Sensors.Tests
             feed.Read(streamer, StreamId.GyroLeft);
             var found = new List<double>();
             feed.Sampled += sample => found.Add(sample.CaptureNanos + sample.Value.Z / 10);
-            using (var slots = new NativeSlots(StreamId.GyroLeft, 2, 96))
+            using (var slots = new NativeSlots(StreamId.GyroLeft))
             {
                 feed.enabled = true;
                 slots.Publish(2, Batch(1, 2));

@@ -1,25 +1,20 @@
 using System;
+using System.Collections.Generic;
 using System.Runtime.InteropServices;
 using Ml2Sensors.Interop;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>The memory of a stream's slots. Dispose fails while a slot is leased.</summary>
+    /// <summary>The slots of a stream. Dispose fails while one is leased.</summary>
     internal sealed unsafe class NativeSlots : IDisposable
     {
-        private const int Alignment = 64;
+        private const int Count = 8;
         private readonly StreamId _stream;
-        private readonly IntPtr _memory;
 
-        public NativeSlots(StreamId stream, int count, int sizeBytes)
+        public NativeSlots(StreamId stream)
         {
             _stream = stream;
-            int step = (sizeBytes + Alignment - 1) / Alignment * Alignment;
-            _memory = Marshal.AllocHGlobal(count * step + Alignment);
-            long start = ((long)_memory + Alignment - 1) / Alignment * Alignment;
-            var slots = new Memory[count];
-            for (int i = 0; i < count; i++) slots[i] = new Memory { Data = (byte*)start + (long)i * step, SizeBytes = (ulong)sizeBytes };
-            fixed (Memory* first = slots) Require(Provide(stream, first, (uint)count));
+            Require(Reserve(stream));
         }
 
         /// <summary>Publishes a frame, as Kotlin does for sensors without a native source.</summary>
@@ -29,7 +24,7 @@ namespace Ml2Sensors.Tests
         /// <summary>Publishes a frame with the poses and lens of <paramref name="frame"/>.</summary>
         public void Publish(long captureNanos, byte[] bytes, NativeFrame frame, int width, int height, int rowBytes = 0)
         {
-            Require(Take(_stream, out frame.Slot, out Memory memory));
+            Require(Take(_stream, (ulong)bytes.Length, out frame.Slot, out Memory memory));
             Marshal.Copy(bytes, 0, (IntPtr)memory.Data, bytes.Length);
             frame.Stream = _stream;
             frame.CaptureNanos = captureNanos;
@@ -43,8 +38,14 @@ namespace Ml2Sensors.Tests
 
         public void Dispose()
         {
-            Require(Provide(_stream, null, 0));
-            Marshal.FreeHGlobal(_memory);
+            Require(Unpublish(_stream));
+            var idle = new List<uint>();
+            uint free;
+            Memory memory;
+            while (Take(_stream, 1, out free, out memory) == NativeResult.Ok) idle.Add(free);
+            foreach (uint slot in idle) Require(NativeMethods.Release(_stream, slot));
+            if (idle.Count < Count) throw new InvalidOperationException($"{_stream}: {Count - idle.Count} slots are leased");
+            Require(Retire(_stream));
         }
 
         private void Require(NativeResult result)
@@ -59,11 +60,17 @@ namespace Ml2Sensors.Tests
             internal ulong SizeBytes;
         }
 
-        [DllImport(NativeMethods.Library, EntryPoint = "ml2s_provide")]
-        private static extern NativeResult Provide(StreamId stream, Memory* slots, uint count);
+        [DllImport(NativeMethods.Library, EntryPoint = "ml2s_reserve")]
+        private static extern NativeResult Reserve(StreamId stream);
+
+        [DllImport(NativeMethods.Library, EntryPoint = "ml2s_retire")]
+        private static extern NativeResult Retire(StreamId stream);
+
+        [DllImport(NativeMethods.Library, EntryPoint = "ml2s_unpublish")]
+        private static extern NativeResult Unpublish(StreamId stream);
 
         [DllImport(NativeMethods.Library, EntryPoint = "ml2s_take")]
-        private static extern NativeResult Take(StreamId stream, out uint slot, out Memory memory);
+        private static extern NativeResult Take(StreamId stream, ulong sizeBytes, out uint slot, out Memory memory);
 
         [DllImport(NativeMethods.Library, EntryPoint = "ml2s_publish")]
         internal static extern NativeResult PublishFrame(ref NativeFrame frame);

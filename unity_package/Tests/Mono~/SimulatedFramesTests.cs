@@ -22,7 +22,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public void WorldCamera_OneCapture_ShowsThePictureThatTheLibraryHas()
         {
-            using (new NativeSlots(StreamId.WorldLeft, 3, 1016 * 1016))
+            using (new NativeSlots(StreamId.WorldLeft))
             using (var world = new NativeSensor(NativeSensor.World, StreamId.WorldLeft))
             using (var shown = new CameraTextureScene(StreamId.WorldLeft))
             using (var lease = new FrameLease(StreamId.WorldLeft))
@@ -53,7 +53,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public void Depth_OneCapture_IsMetresOfTheRoom()
         {
-            using (new NativeSlots(StreamId.Depth, 3, 3 * 544 * 480 * 4))
+            using (new NativeSlots(StreamId.Depth))
             using (var depth = new NativeSensor(NativeSensor.Depth, StreamId.Depth))
             using (var shown = new CameraTextureScene(StreamId.Depth))
             {
@@ -72,7 +72,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public void Update_TenThousandFrames_LeaksNothingAndMakesNoGarbage()
         {
-            using (new NativeSlots(StreamId.EyeNasalLeft, 3, 400 * 400))
+            using (new NativeSlots(StreamId.EyeNasalLeft))
             using (var eye = new NativeSensor(NativeSensor.Eye, StreamId.EyeNasalLeft))
             using (var shown = new CameraTextureScene(StreamId.EyeNasalLeft))
             {
@@ -91,7 +91,7 @@ namespace Ml2Sensors.Tests
         {
             using (var shown = new CameraTextureScene(StreamId.WorldLeft))
             {
-                var slots = new NativeSlots(StreamId.WorldLeft, 1, 64);
+                var slots = new NativeSlots(StreamId.WorldLeft);
                 slots.Publish(1, new byte[4], 2, 2, 2);
                 shown.Update();
                 Assert.AreEqual(1, shown.Texture.Applied);
@@ -103,7 +103,7 @@ namespace Ml2Sensors.Tests
         public void Update_RowsWithPadding_AreShownWithoutItAndUpright()
         {
             using (var shown = new CameraTextureScene(StreamId.WorldLeft))
-            using (var slots = new NativeSlots(StreamId.WorldLeft, 1, 64))
+            using (var slots = new NativeSlots(StreamId.WorldLeft))
             {
                 slots.Publish(1, new byte[] { 1, 2, 99, 3, 4 }, 2, 2, 3);
                 shown.Update();
@@ -116,7 +116,7 @@ namespace Ml2Sensors.Tests
         {
             using (var shown = new CameraTextureScene(StreamId.WorldLeft))
             {
-                var slots = new NativeSlots(StreamId.WorldLeft, 1, 64);
+                var slots = new NativeSlots(StreamId.WorldLeft);
                 slots.Publish(1, new byte[4], 2, 2, 3);
                 Assert.Throws<NotSupportedException>(shown.Update);
                 Assert.DoesNotThrow(slots.Dispose, "a slot is still leased");
@@ -127,7 +127,7 @@ namespace Ml2Sensors.Tests
         public void Update_Jpeg_IsDecodedFromABufferThatIsKept()
         {
             using (var shown = new CameraTextureScene(StreamId.Color))
-            using (var slots = new NativeSlots(StreamId.Color, 2, 64))
+            using (var slots = new NativeSlots(StreamId.Color))
             {
                 slots.Publish(1, new byte[] { 0xff, 0xd8, 3, 4 }, 640, 480);
                 shown.Update();
@@ -146,7 +146,7 @@ namespace Ml2Sensors.Tests
         public unsafe void Update_FrameWithPosesAndLens_ShowsThemInUnitysAxes()
         {
             using (var shown = new CameraTextureScene(StreamId.Color))
-            using (var slots = new NativeSlots(StreamId.Color, 2, 64))
+            using (var slots = new NativeSlots(StreamId.Color))
             {
                 NativeFrame frame = NativeFrame.Sized();
                 frame.Has = FrameFields.Pose | FrameFields.Intrinsics | FrameFields.HeadPose;

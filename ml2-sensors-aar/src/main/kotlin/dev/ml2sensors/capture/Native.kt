@@ -70,10 +70,7 @@ internal object Native {
     @JvmStatic
     external fun close(handle: Long)
 
-    /**
-     * Reserves the slots of [stream] until [retire]. Their memory is mapped when frames need it. See
-     * native/sources/slot_memory.h.
-     */
+    /** Reserves the slots of [stream] until [retire]. Their memory is mapped when frames need it. */
     @JvmStatic
     external fun reserve(stream: Int)
 
