@@ -73,3 +73,13 @@ def test_a_generated_file_changed_by_hand_is_stale(copy: Path) -> None:
     page = copy / "docs/configuration.md"
     page.write_text(page.read_text("utf-8") + "by hand\n", "utf-8")
     assert check(copy).returncode == 1
+
+
+def test_a_stream_without_a_name_for_people_is_not_generated(copy: Path) -> None:
+    table = copy / "config/streams.yaml"
+    row = next(it for it in table.read_text("utf-8").splitlines() if "{section: battery" in it)
+    added = row.replace("battery:", "humidity:").replace("topic: battery", "topic: humidity")
+    table.write_text(table.read_text("utf-8").replace(row, f"{row}\n{added}"), "utf-8")
+    result = check(copy)
+    assert result.returncode == 1
+    assert "expected a row for humidity in _NAMES of config/sensor_table.py" in result.stderr

@@ -1,6 +1,7 @@
 import re
 from collections.abc import Callable
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -8,6 +9,9 @@ import yaml
 
 from ml2_receiver.errors import TableError
 from ml2_receiver.table.reader import load_table, read_table
+from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
+
+ROOT = Path(__file__).resolve().parents[2]
 
 IMAGE, CAMERA_INFO, STRING = (
     "sensor_msgs/msg/Image",
@@ -78,6 +82,32 @@ def test_it_has_every_topic_of_the_specification_with_its_type() -> None:
     topics = [topic for stream in load_table().streams.values() for topic in stream.topics]
     assert {topic.name: topic.type for topic in topics} == TOPICS
     assert len(topics) == len(TOPICS)
+
+
+def test_a_sensor_of_android_is_in_every_file_that_lists_it() -> None:
+    """The files of docs/add_a_sensor.md. Inertial units are listed by their places there."""
+    main = "main/kotlin/dev/ml2sensors"
+    lists = (
+        f"ml2-sensors-aar/src/{main}/android/SensorRow.kt",
+        f"ml2-sensors-aar/simulator/src/{main}/simulator/simulated/SensorManagerSignals.kt",
+    )
+    streams = [it for it in load_table().streams.values() if "sensor_manager" in it.backends]
+    names = {
+        re.sub(r"_(\w)", lambda it: it[1].upper(), stream.id)
+        for stream in streams
+        if stream.topics[0].type != IMU
+    }
+    assert names
+    forgotten = [
+        f"{file}: {name}"
+        for file in lists
+        for name in names
+        if f"StreamTable.{name}" not in (ROOT / file).read_text()
+    ]
+    promised = ALL_OTHERS.keys() | MIXED_REALITY.keys() | INFRA.keys() | {"/tf"}
+    first = [it.topics[0].name for it in load_table().streams.values() if it.topics]
+    forgotten += [f"promised_topics.py: {it}" for it in first if it not in promised]
+    assert forgotten == []
 
 
 def test_only_images_have_a_lane_of_their_own() -> None:
