@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from document import blocks
 from test_gradle import CATALOGUE
 from toolchain import ROOT, java_command, maven_property, run
 
@@ -26,6 +27,12 @@ SCRIPTS = {
     "build.gradle.kts": "org.gradle.api.Project",
     "ml2-sensors-aar/build.gradle.kts": "LibraryScript",
     "ml2-sensors-aar/app/build.gradle.kts": "ApplicationScript",
+}
+# The same of the blocks that README.md has for a new app, by the file that each begins with.
+DOCUMENTED = {
+    "settings.gradle.kts": "org.gradle.api.initialization.Settings",
+    "build.gradle.kts": "org.gradle.api.Project",
+    "app/build.gradle.kts": "ApplicationScript",
 }
 # What Gradle's Kotlin DSL imports by itself, and the compiler plugins that it uses.
 IMPORTS = ["org.gradle.api.*", "org.gradle.api.initialization.resolve.*"]
@@ -77,10 +84,12 @@ def as_function(name: str, text: str, receiver: str) -> str:
     return "\n".join([*imports, f"fun {receiver}.{name}() {{", body, "}"])
 
 
-def compile_scripts(folder: Path, scripts: dict[str, str]) -> subprocess.CompletedProcess[str]:
+def compile_scripts(
+    folder: Path, scripts: dict[str, str], receivers: dict[str, str] = SCRIPTS
+) -> subprocess.CompletedProcess[str]:
     sources = {"Libs.kt": catalogue()}
     for number, (path, text) in enumerate(scripts.items()):
-        sources[f"Script{number}.kt"] = as_function(f"script{number}", text, SCRIPTS[path])
+        sources[f"Script{number}.kt"] = as_function(f"script{number}", text, receivers[path])
     for name, text in sources.items():
         (folder / name).write_text(text)
     jars = os.pathsep.join(map(str, class_path()))
@@ -116,6 +125,18 @@ def test_a_setting_that_the_android_plugin_does_not_have_is_found(tmp_path: Path
     result = compile_scripts(tmp_path, {library: wrong})
     assert result.returncode != 0
     assert "compilesSdk" in result.stderr
+
+
+def test_what_a_new_app_pastes_compiles(tmp_path: Path) -> None:
+    readme = (ROOT / "ml2-sensors-aar/README.md").read_text()
+    pasted = {
+        begins[1]: text
+        for text in blocks(readme, "kotlin")
+        if (begins := re.match(r"// (\S+\.gradle\.kts)\b", text))
+    }
+    assert pasted.keys() == DOCUMENTED.keys()
+    result = compile_scripts(tmp_path, pasted, DOCUMENTED)
+    assert result.returncode == 0, result.stderr
 
 
 def distribution(folder: Path) -> Path:

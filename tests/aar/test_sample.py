@@ -56,7 +56,7 @@ def test_the_examples_of_the_readme_were_compiled(sample: Path) -> None:
     examples = [
         text
         for text in blocks((library / "README.md").read_text(), "kotlin")
-        if "dependencies {" not in text
+        if ".gradle.kts" not in text
     ]
     assert len(examples) == 3
     assert [text for text in examples if without_spacing(text) not in compiled] == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import tomllib
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -93,3 +94,11 @@ def test_the_readme_names_this_version_and_one_place_to_replace() -> None:
     shown = "\n".join(line for file in files("*.md") for line in commands(file.read_text()))
     assert shown.count("REPOSITORY") == 1
     assert "example.com" not in shown
+
+
+def test_the_gradle_files_of_a_new_app_name_the_versions_of_ours() -> None:
+    page = (ROOT / "ml2-sensors-aar/README.md").read_text()
+    ours = tomllib.loads((ROOT / "gradle/libs.versions.toml").read_text())["versions"]
+    assert re.findall(r'"dev.ml2sensors:ml2-sensors:(.*)"', page) == [VERSION]
+    assert re.findall(r'"com.android.tools:r8:(.*)"', page) == [ours["r8"]]
+    assert re.findall(r'^kotlin = "(.*)"', page, re.MULTILINE) == [ours["kotlin"]]

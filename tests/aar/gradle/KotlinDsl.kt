@@ -8,11 +8,15 @@ import org.gradle.api.Project
 import org.gradle.api.artifacts.MinimalExternalModuleDependency
 import org.gradle.api.artifacts.ProjectDependency
 import org.gradle.api.artifacts.dsl.RepositoryHandler
+import org.gradle.api.initialization.Settings
 import org.gradle.api.provider.Property
 import org.gradle.api.provider.Provider
 import org.gradle.plugin.use.PluginDependenciesSpec
 import org.gradle.plugin.use.PluginDependencySpec
 import org.jetbrains.kotlin.gradle.dsl.KotlinAndroidExtension
+import java.net.URI
+
+fun Settings.uri(path: String): URI = TODO(path)
 
 fun plugins(block: PluginDependenciesSpec.() -> Unit): Unit = TODO("$block")
 
@@ -33,9 +37,13 @@ interface Dependencies {
 
     fun classpath(dependency: Provider<MinimalExternalModuleDependency>)
 
+    fun classpath(dependency: String)
+
     fun compileOnly(dependency: Provider<MinimalExternalModuleDependency>)
 
     fun implementation(dependency: ProjectDependency)
+
+    fun implementation(dependency: String)
 
     fun project(path: String): ProjectDependency
 }

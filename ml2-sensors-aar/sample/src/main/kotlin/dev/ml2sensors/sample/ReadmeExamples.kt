@@ -15,16 +15,19 @@ import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.table.StreamTable
-import kotlinx.coroutines.coroutineScope
+import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.launch
 import java.nio.ByteBuffer
 
-suspend fun stream(context: Context, headset: Headset, uri: String): Unit = coroutineScope {
-    Ml2Sensors.pair(context, uri) // once: the URI that `ml2-receiver pair` shows
-    val streamer = Ml2Sensors.connect(context, headset)
-    streamer.start()
-    launch { streamer.state.collect { println(it) } } // Connecting(reason), Connected(receiverName), Ended(reason)
-    launch { streamer.streams.collect { println(it) } } // each: Accepted(values), Waiting(reason), Refused(reason)
+fun stream(context: Context, scope: CoroutineScope, uri: String) {
+    val headset = Ml2Sensors.open(context) // all sensors of the device; close() it in the end
+    scope.launch {
+        Ml2Sensors.pair(context, uri) // once: the URI that `ml2-receiver pair` shows
+        val streamer = Ml2Sensors.connect(context, headset)
+        streamer.start()
+        launch { streamer.state.collect { println(it) } } // Connecting(reason), Connected(receiverName), Ended(reason)
+        launch { streamer.streams.collect { println(it) } } // each: Accepted(values), Waiting(reason), Refused(reason)
+    }
 }
 
 fun publish(streamer: Ml2Streamer, pose: Pose, captureNanos: Long) {
