@@ -20,7 +20,7 @@ _INTRODUCTION = """# Configuration
 wrong in a file, or the topics that it starts.
 
 `config/generate.py` generates this page from `config/streams.yaml`. Sections with the same keys
-share rows.
+share a table.
 """
 
 _MODES = """\
@@ -53,8 +53,8 @@ def configuration_page(table: StreamTable) -> str:
         [
             _INTRODUCTION,
             "## Keys\n",
-            *_table("section|key|type|allowed|default|topics it switches on|meaning", _keys(table)),
-            "\n## Camera modes\n",
+            *_sections(table),
+            "## Camera modes\n",
             _MODES,
             *_table("section|stream|resolution|rate in Hz|format", _modes(table)),
             "\n## Streams\n",
@@ -81,22 +81,26 @@ def _table(header: str, rows: Iterable[Iterable[str]]) -> Iterator[str]:
         yield f"| {' | '.join(row)} |"
 
 
-def _keys(table: StreamTable) -> Iterator[tuple[str, ...]]:
+def _sections(table: StreamTable) -> Iterator[str]:
+    """Yields a heading, sentences and a table for all sections that are alike."""
     groups: dict[tuple[str, tuple[Key, ...]], list[Section]] = {}
     for section in table.sections.values():
         groups.setdefault((section.doc, tuple(section.keys.values())), []).append(section)
     for (doc, keys), sections in groups.items():
+        yield f"### {', '.join(section.id for section in sections)}\n"
+        yield from [f"{doc}\n"] if doc else []
+        yield from _table("key|type|allowed|default|meaning", map(_row, keys))
+        yield ""
         for key in keys:
             topics = [it for section in sections for it in _switched_topics(table, section, key)]
-            yield (
-                ", ".join(section.id for section in sections),
-                f"`{key.name}`",
-                key.type,
-                _allowed(key),
-                f"`{_yaml(key.default)}`",
-                ", ".join(f"`{name}`" for name in topics),
-                " ".join(filter(None, (doc if key is keys[0] else "", key.doc))),
-            )
+            if topics:
+                names = ", ".join(f"`{name}`" for name in topics)
+                yield f"<details><summary>Topics of <code>{key.name}</code></summary>\n"
+                yield f"{names}\n\n</details>\n"
+
+
+def _row(key: Key) -> tuple[str, ...]:
+    return f"`{key.name}`", key.type, _allowed(key), f"`{_yaml(key.default)}`", key.doc
 
 
 def _allowed(key: Key) -> str:

@@ -200,20 +200,31 @@ SECTIONS = [
 LINKS = """
 ## Links
 
+**On links of {links} Mbit/s that images filled, 99 % of IMU samples arrived within {p99} ms.** Only a link
+that stands still for a second is worse: nothing can arrive meanwhile. IMU samples lost: {lost}.
+
 `make links` puts a link of a known rate between headset and receiver: two network namespaces and a
-token bucket with a queue of 50 ms. The latency is that of `imu_left` from its stamp to a
-subscriber, over the whole run. Rates of world cameras are those of center, left and right. Rows
-with `auto` have compressed images that [give way](topics.md#when-the-link-is-too-slow) to the link;
-all others are fixed. The row `h264` has video of world cameras and of RGB at 1280 x 720, encoded by
-software on the same 2 cores. Measured on {date}.
+token bucket with a queue of 50 ms. Measured on {date}.
+
+| column | is |
+|---|---|
+| images | what is sent, and how the link changes. With `auto`, compressed images [give way](topics.md#when-the-link-is-too-slow); all others are fixed. `h264` is video of world cameras and of RGB at 1280 x 720, encoded by software on the same 2 cores |
+| control | the congestion control of the headset's kernel |
+| IMU p50, p99 | half, and 99 %, of the samples of `imu_left` need less from stamp to subscriber |
+| world, Hz | rates of the world cameras center, left and right |
+| changes | how often images gave way, or came back |
 
 | images | link, Mbit/s | round trip, ms | control | IMU p50, p99, ms | IMU lost | world, Hz | sent, Mbit/s | changes |
 |---|---|---|---|---|---|---|---|---|
 """  # noqa: E501
 CHANGES = """
-What followed when the link changed, the longest of all changes. *Backlog*: until the last sample of
-before had arrived. *Settled*: until the last sample that took more than 60 ms. *Used*: until a
-second in which images use 80 % of the link; images that gave way to it may need less.
+What followed when the link changed: the longest of all changes.
+
+| column | is the time until |
+|---|---|
+| backlog | the last sample of before the change had arrived |
+| settled | no sample took more than 60 ms any more |
+| used | images use 80 % of the link in a second; images that gave way to it may need less |
 
 | images | link after the change, Mbit/s | changes | backlog, s | settled, s | used, s |
 |---|---|---|---|---|---|
@@ -245,8 +256,15 @@ def _links() -> Iterator[str]:
     file = RESULTS / "links.json"
     if not file.exists():
         return
-    yield LINKS.format(date=date.fromtimestamp(file.stat().st_mtime)).rstrip()
     rows = json.loads(file.read_text())
+    live = [row for row in rows if "stalls" not in row["config"]]
+    rates = [row["link_mbit"] for row in live]
+    yield LINKS.format(
+        date=date.fromtimestamp(file.stat().st_mtime),
+        links=f"{min(rates):.0f} to {max(rates):.0f}",
+        p99=_text(max(row["imu_p99_ms"] for row in live)),
+        lost=sum(row["imu_lost"] for row in rows),
+    ).rstrip()
     for row in rows:
         cells = (
             row["config"],
