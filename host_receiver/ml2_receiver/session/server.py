@@ -23,6 +23,7 @@ from .host import Host
 from .report import Report
 from .settings import ReceiverSettings
 from .sink import Applied, Sink
+from .steps import Steps
 from .streams import DesiredStreams, Request
 
 _TICK_S = 0.1
@@ -32,10 +33,9 @@ _STOP_S = 0.3
 class Server:
     """A receiver that passes what arrives to its sink, from start() until stop().
 
-    Each thread tells the Host under one lock what happened, then performs the actions that all
-    threads have caused under another lock, in their order. So the sink is not called under the lock
-    of the Host; of the server it may call report(), paired() and demand() alone. The reader threads
-    call the functions that Sink.open() returned.
+    All threads act in Steps, so the sink is not called under the lock of the Host. Of the server it
+    may call report(), paired() and demand() alone. The reader threads call the functions that
+    Sink.open() returned.
 
     Args:
         listener: a socket from listen(); stop() closes it.
@@ -70,16 +70,15 @@ class Server:
         self._sink, self._demand, self._is_lazy = sink, Demand(), is_lazy
         self._log_limits = event_limits(sink.event, time.monotonic)
         self._linger_s = settings.limits.linger_s
-        self._lock = threading.Lock()  # of the state
-        self._acting = threading.Lock()  # of the sink and what is sent; never taken under _lock
+        self._steps = Steps(self._host, self._act)
         self._links: dict[Connection, ConnectionIO] = {}
         self._readers: list[threading.Thread] = []
         self._wake = threading.Event()  # the ticker
         self._is_stopping = False
         self._acceptor = Acceptor(
             listener,
-            lambda *accepted: bool(self._guarded(lambda: self._open(*accepted))),
-            lambda reason: self._guarded(lambda: self._log(reason, "receiver")),
+            lambda *accepted: bool(self._steps.guarded(lambda: self._open(*accepted))),
+            lambda reason: self._steps.guarded(lambda: self._log(reason, "receiver")),
         )
         ticker = threading.Thread(target=self._tick, name="tick", daemon=True)
         self._threads = [self._acceptor.thread, ticker]
@@ -132,12 +131,12 @@ class Server:
         Raises:
             LinkTestError: no headset is connected, a test is running, or the app does not answer.
         """
-        with self._step() as now_s:
+        with self._steps.step() as now_s:
             self._host.test_link(now_s)
 
     def report(self) -> Report | None:
         """Returns a snapshot of the current or else the last session; None before the first."""
-        with self._lock:
+        with self._steps.state:
             return self._host.session.report(time.monotonic()) if self._host.session else None
 
     def stop(self) -> None:
@@ -145,7 +144,7 @@ class Server:
         self._is_stopping = True
         self._wake.set()
         self._acceptor.stop()
-        with self._step():
+        with self._steps.step():
             self._host.stop()
         self._join(time.monotonic() + _STOP_S)
         for link in list(self._links.values()):
@@ -188,45 +187,20 @@ class Server:
 
     def _tick(self) -> None:
         while not self._is_stopping:
-            self._guarded(self._refresh)
-            self._guarded(lambda: self._host.tick(time.monotonic()))
-            self._guarded(lambda: self._request(time.monotonic()))
-            with self._acting:
+            self._steps.guarded(self._refresh)
+            self._steps.guarded(lambda: self._host.tick(time.monotonic()))
+            self._steps.guarded(lambda: self._request(time.monotonic()))
+            with self._steps.acting:
                 for link in list(self._links.values()):
                     if time.monotonic() > link.abort_s:
                         link.abort()
             self._wake.wait(_TICK_S)
             self._wake.clear()
 
-    def _guarded[T](self, task: Callable[[], T]) -> T | None:
-        """Runs a task as a step, and returns None if it failed.
-
-        An exception that nobody expected must not end the thread: the receiver would accept no
-        headset any more.
-        """
-        try:
-            with self._step():
-                return task()
-        except Exception as error:
-            self._log_internal(error)
-            return None
-
-    @contextmanager
-    def _step(self) -> Iterator[float]:
-        """Enters the lock of the Host at a time in s, then performs its actions."""
-        with self._lock:
-            yield time.monotonic()
-        with self._acting:
-            while self._host.actions:
-                try:
-                    self._act(self._host.actions.popleft())
-                except Exception as error:
-                    self._log_internal(error)
-
     @contextmanager
     def _update(self) -> Iterator[float]:
         """A step that ends by requesting the streams that are desired and not idle."""
-        with self._step() as now_s:
+        with self._steps.step() as now_s:
             yield now_s
             self._request(now_s)
 
@@ -243,10 +217,10 @@ class Server:
         except OSError as error:
             fault = error.strerror or str(error)
         finally:
-            with self._acting:  # so that nothing is written to the next socket of this number
+            with self._steps.acting:  # so that nothing is written to the next socket of this number
                 link.transport.close()
                 del self._links[link.connection]
-            with self._step() as now_s:
+            with self._steps.step() as now_s:
                 self._address_limits.closed(link.connection.host)
                 self._host.closed(link.connection, fault, now_s)
 
@@ -255,7 +229,7 @@ class Server:
         connection = link.connection
         try:
             peer = link.transport.handshake()
-            with self._step():
+            with self._steps.step():
                 connection.peer = peer
                 # It may be unpaired since the handshake began, or signed by a paired device's key
                 if not self._access.allows(peer):
@@ -263,7 +237,7 @@ class Server:
                 self._address_limits.showed(connection.host)
                 return True
         except ProtocolError as error:
-            with self._step():
+            with self._steps.step():
                 self._address_limits.failed(connection.host)
                 self._host.failed(connection, error)
             link.transport.discard()
@@ -274,7 +248,7 @@ class Server:
             for frame, received_ns in link.frames():
                 self._dispatch(link, frame, received_ns)
         except ProtocolError as error:
-            with self._step():
+            with self._steps.step():
                 self._host.failed(link.connection, error)
             link.transport.discard()
 
@@ -283,7 +257,7 @@ class Server:
         if header.kind == Kind.DATA:
             route = link.connection.routes.get(header.channel)
             if route is None:
-                with self._lock:
+                with self._steps.state:
                     raise self._host.refusal(link.connection, header.channel)
             route.receive(frame, received_ns, time.time_ns())
         elif header.kind == Kind.TIME_REQUEST:
@@ -304,7 +278,7 @@ class Server:
                 try:
                     route.publish = self._sink.open(topic)
                 except PublishError as refusal:
-                    with self._lock:
+                    with self._steps.state:
                         self._host.topic_refused(action, str(refusal), time.monotonic())
             case Applied():
                 self._sink.configured(action)
@@ -312,9 +286,6 @@ class Server:
                 self._sink.session_ended(action)
             case Log(text, cause):
                 self._log_limits[cause].say(text)
-
-    def _log_internal(self, error: Exception) -> None:
-        self._log(f"internal error, please report it: {error!r}", "receiver")
 
     def _log(self, text: str, cause: Cause) -> None:
         self._host.actions.append(Log(text, cause))
