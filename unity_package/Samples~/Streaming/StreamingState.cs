@@ -10,7 +10,12 @@ namespace Ml2Sensors.Samples
 
         private Status _shown;
 
-        private void OnEnable() => _streamer.PermissionNeeded += ShowPermission;
+        private void OnEnable()
+        {
+            // Names and reasons may come from others, and shall not be read as tags.
+            _text.richText = false;
+            _streamer.PermissionNeeded += ShowPermission;
+        }
 
         private void OnDisable() => _streamer.PermissionNeeded -= ShowPermission;
 

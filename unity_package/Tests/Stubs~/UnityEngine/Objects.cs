@@ -30,6 +30,8 @@ namespace UnityEngine
     public class TextMesh : Component
     {
         public string text { get; set; }
+
+        public bool richText { get; set; } = true;
     }
 
     public class ScriptableObject : Object
