@@ -7,9 +7,10 @@ import select
 import signal
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
+from itertools import takewhile
 from typing import Any, NoReturn, TextIO
 
 import shtab
@@ -24,6 +25,15 @@ __all__ = ["main"]
 
 # The entry points of the subcommands; each is a module of commands/.
 _GROUP = "ml2_receiver.commands"
+_HELP_COLUMN = 14
+# The headings of the help. A subcommand of another package is among the others.
+_HEADINGS = {
+    "everyday": ("run", "view", "topics", "set", "call"),
+    "look": ("echo", "products", "rviz", "compat"),
+    "record": ("record", "play", "inspect", "export", "evaluate"),
+    "set up": ("pair", "unpair", "headset", "config"),
+    "diagnose": ("doctor", "devices", "latency"),
+}
 _EPILOG = """\
 examples:
   ml2-receiver pair                   pair a headset
@@ -47,6 +57,46 @@ class _Parser(argparse.ArgumentParser):
             for close in get_close_matches(unknown[1], choices, 1):
                 message += f"; did you mean {close}?"
         super().error(message)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuses what this parser does not know itself: the one above would show its own usage."""
+        own = list(takewhile(lambda it: it not in ("--", "--ros-args"), args))
+        if self._subparsers is not None:
+            own = list(takewhile(lambda it: it.startswith("-"), own))
+        for name in (it.partition("=")[0] for it in own if it.startswith("--")):
+            if not any(option.startswith(name) for option in self._option_string_actions):
+                close = get_close_matches(name, self._option_string_actions, 1)
+                meant = f"; did you mean {close[0]}?" if close else ""
+                self.error(f"unrecognized option: {name}{meant}")
+        parsed, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return parsed, unknown
+
+
+class _WholeParser(_Parser):
+    """The parser of all subcommands, which its help lists under headings."""
+
+    def format_help(self) -> str:
+        formatter = argparse.RawDescriptionHelpFormatter(self.prog, max_help_position=_HELP_COLUMN)
+        formatter.add_usage(self.usage, self._actions, self._mutually_exclusive_groups)
+        formatter.add_text(self.description)
+        (subcommands,) = (it for it in self._actions if isinstance(it, argparse._SubParsersAction))
+        left = {it.dest: it for it in subcommands._get_subactions()}
+        for heading, names in _HEADINGS.items():
+            _add_section(formatter, heading, [left.pop(it) for it in names if it in left])
+        _add_section(formatter, "others", left.values())
+        _add_section(formatter, "options", self._get_optional_actions())
+        formatter.add_text(self.epilog)
+        return formatter.format_help()
+
+
+def _add_section(
+    formatter: argparse.HelpFormatter, heading: str, actions: Iterable[argparse.Action]
+) -> None:
+    formatter.start_section(heading)
+    formatter.add_arguments(actions)
+    formatter.end_section()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -72,7 +122,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str]) -> int:
     try:
-        options = command_line(arguments).parse_args(arguments)
+        parser = command_line(arguments)
+        if not arguments:
+            parser.print_help()
+            return 2
+        options = parser.parse_args(arguments)
         with ros_args_of(options):
             exit_code: int = options.run(options)
         return exit_code
@@ -97,12 +151,19 @@ def command_line(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
 
     It imports the modules of these subcommands, but not ROS.
     """
-    parser = _Parser(prog="ml2-receiver", description="Magic Leap 2 to ROS 2.", epilog=_EPILOG)
+    parser = _WholeParser(
+        prog="ml2-receiver",
+        usage="%(prog)s [options] COMMAND ...",
+        description="Magic Leap 2 to ROS 2.",
+        epilog=_EPILOG,
+    )
     parser.add_argument("--version", action="version", version=VERSION)
     shtab.add_argument_to(
         parser, "--print-completion", help="print the completion script for this shell"
     )
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
+    subparsers = parser.add_subparsers(
+        required=True, metavar="COMMAND", prog=parser.prog, parser_class=_Parser
+    )
     commands = _commands()
     named = [it for it in commands if it.name in arguments[:1]]
     for entry_point in named or commands:

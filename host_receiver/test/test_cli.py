@@ -1,8 +1,11 @@
+import os
+import re
 import subprocess
+import sys
 
 import pytest
 
-from ml2_receiver.cli import main
+from ml2_receiver.cli import command_line, main
 from refusals import refusal
 
 COMMANDS = [
@@ -39,6 +42,51 @@ def test_a_word_like_no_other_is_not_guessed() -> None:
     error = refusal("xyzzy")
     assert "invalid choice: 'xyzzy'" in error
     assert "did you mean" not in error
+
+
+def run(*words: str) -> subprocess.CompletedProcess[str]:
+    """The command as a process, on a terminal of 80 columns."""
+    command = [sys.executable, "-m", "ml2_receiver", *words]
+    environment = os.environ | {"COLUMNS": "80"}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+
+
+def test_without_a_command_all_are_listed_in_groups_on_a_line_each() -> None:
+    done = run()
+    assert (done.returncode, done.stderr) == (2, "")
+    groups = ("everyday", "look", "record", "set up", "diagnose", "options")
+    parts = re.split(rf"^({'|'.join(groups)}):$", done.stdout, flags=re.MULTILINE)
+    assert tuple(parts[1::2]) == groups
+    listed = [line for part in parts[2:-1:2] for line in part.strip("\n").splitlines()]
+    named = [match[1] for line in listed if (match := re.match(r"  (\w+) +\S.*$", line))]
+    (commands,) = (it.choices for it in command_line()._actions if isinstance(it.choices, dict))
+    assert len(named) == len(listed)
+    assert sorted(named) == sorted(commands)
+    assert max(map(len, listed)) <= 80
+
+
+@pytest.mark.parametrize(
+    ("words", "command", "meant"),
+    [
+        ("run --lisen 0.0.0.0:7755", "run", "--listen"),
+        ("config check my.yaml --lonk=100", "config check", "--link"),
+        ("echo --onec", "echo", "--once"),
+        ("--versoin", "", "--version"),
+    ],
+)
+def test_a_misspelt_option_is_guessed_with_the_usage_of_its_command(
+    words: str, command: str, meant: str
+) -> None:
+    done = run(*words.split())
+    assert done.returncode == 2
+    usage, *_, error = done.stderr.splitlines()
+    assert usage.startswith(f"usage: {f'ml2-receiver {command}'.strip()} [")
+    assert error.endswith(f"; did you mean {meant}?")
+
+
+def test_what_follows_ros_args_is_not_ours() -> None:
+    options = command_line().parse_args(["topics", "--ros-args", "--remap", "/tf:=tf"])
+    assert options.ros_args == ["--remap", "/tf:=tf"]
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "devices",
-        help="show the headset, its permissions, why a stream is unavailable, and what is lowered",
+        help="show the headset, and why a stream does not run",
         epilog=_EPILOG,
     )
     parser.add_argument(

@@ -41,7 +41,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "evaluate",
-        help="compare the headset's poses with poses estimated from its images",
+        help="compare the headset's poses with those that its images show",
         epilog=_EPILOG,
     )
     source = parser.add_mutually_exclusive_group(required=True)

@@ -43,7 +43,7 @@ The noise of the IMUs is not documented: measure it, for example by an Allan dev
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "export",
-        help="write cameras and their poses as Kalibr YAML, or a recording in EuRoC's format",
+        help="write cameras for Kalibr, or a recording in EuRoC's format",
         epilog=_EPILOG,
     )
     parser.add_argument(

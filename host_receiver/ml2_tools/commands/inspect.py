@@ -33,7 +33,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "inspect",
-        help="check a recording for gaps, wrong stamps, unpaired images and missing transforms",
+        help="find gaps, wrong stamps and missing parts in a recording",
         epilog=_EPILOG,
     )
     parser.add_argument("bag", type=Path, metavar="BAG", help="folder of the recording")

@@ -31,7 +31,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "topics",
-        help="show rates, losses and latencies of every topic while `run` runs",
+        help="show rates, losses and latencies of every topic",
         epilog=_EPILOG,
     )
     parser.add_argument("--once", action="store_true", help="print the table once and end")

@@ -48,7 +48,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "view",
-        help="see images, plots and state of a receiver or a recording in a browser",
+        help="see a receiver or a recording in a browser",
         epilog=_EPILOG,
     )
     parser.add_argument(
