@@ -73,6 +73,21 @@ def test_a_clone_finds_a_command_that_was_added_to_pyproject(tmp_path: Path) -> 
     assert "salute" in help_text()
 
 
+def test_colcon_can_read_the_setup(tmp_path: Path) -> None:
+    """It evaluates what setuptools knows, so that has to be made of literals."""
+    source = tmp_path / "source"
+    subprocess.run(["cp", "-rL", str(RECEIVER), str(source)], check=True)
+    code = (
+        "import ast, distutils.core;"
+        "d = distutils.core.run_setup('setup.py', [], stop_after='config');"
+        "print(ast.literal_eval(repr(d.python_requires)))"
+    )
+    command = [sys.executable, "-c", f"import setuptools; {code}"]
+    done = subprocess.run(command, cwd=source, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == ">=3.12"
+
+
 def installed_by_name() -> list[str]:
     """Returns the packages that messages and documents tell users to install with pip."""
     code = [RECEIVER / "ml2_receiver", RECEIVER / "ml2_tools"]
