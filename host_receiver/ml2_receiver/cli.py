@@ -15,6 +15,7 @@ from typing import Any, NoReturn, TextIO
 
 import shtab
 
+from .commands.options import completion_functions
 from .commands.ros_start import ros_args_of
 from .commands.stopping import heed_interrupts
 from .errors import ReceiverError
@@ -158,8 +159,12 @@ def command_line(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
         epilog=_EPILOG,
     )
     parser.add_argument("--version", action="version", version=VERSION)
+    is_completion = any(it.startswith("--print") for it in arguments)
     shtab.add_argument_to(
-        parser, "--print-completion", help="print the completion script for this shell"
+        parser,
+        "--print-completion",
+        help="print the completion script for this shell",
+        preamble=completion_functions() if is_completion else {},
     )
     subparsers = parser.add_subparsers(
         required=True, metavar="COMMAND", prog=parser.prog, parser_class=_Parser

@@ -95,6 +95,14 @@ def test_what_follows_ros_args_is_not_ours() -> None:
         ("ml2-receiver do", "doctor"),
         ("ml2-receiver config sh", "show"),
         ("ml2-receiver run --li", "--listen"),
+        ("ml2-receiver echo light", "light_sensor"),
+        ("ml2-receiver record walk --topic hand_l", "hand_left"),
+        ("ml2-receiver play walk --topics /tf depth/conf", "depth/confidence"),
+        ("ml2-receiver headset grant controller_", "controller_joy"),
+        ("ml2-receiver call save_config tf.", "tf.layout"),
+        ("ml2-receiver set tf.", "tf.layout=flat tf.layout=rig"),
+        ("ml2-receiver set tf.layout=r", "rig"),
+        ("ml2-receiver set picture_center.mode=4096", "4096x3072@15 4096x3072@30"),
     ],
 )
 def test_bash_completes_what_was_begun(
@@ -102,12 +110,13 @@ def test_bash_completes_what_was_begun(
 ) -> None:
     with pytest.raises(SystemExit, match="0"):
         main(["--print-completion", "bash"])
-    words = typed.split()
+    words = re.split(r" |(?<==)|(?==)", typed)  # as bash does it
     ask = f"""
-COMP_WORDS=({typed}); COMP_CWORD={len(words) - 1}; COMP_LINE="{typed}"
+COMP_WORDS=({" ".join(words)}); COMP_CWORD={len(words) - 1}; COMP_LINE="{typed}"
+COMP_POINT={len(typed)}
 function_name=$(complete -p ml2-receiver | sed 's/.*-F \\([^ ]*\\).*/\\1/')
 "$function_name" ml2-receiver {words[-1]} {words[-2]}; echo "${{COMPREPLY[@]}}"
 """
     script = capfd.readouterr().out + ask
     answer = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
-    assert answer.stdout.split() == [offered]
+    assert answer.stdout.split() == offered.split()

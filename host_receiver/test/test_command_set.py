@@ -13,7 +13,7 @@ from ml2_receiver.configuration.config import load_config
 from mock_device import MockDevice
 from refusals import refusal
 from repeated import repeated
-from ros_processes import Client, environment
+from ros_processes import Child, Client, environment
 from waiting import LIMIT_S
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
@@ -110,3 +110,16 @@ def test_what_was_said_before_is_printed_where_ros_keeps_it(device: MockDevice) 
     code, lines, _ = echo("/magic_leap2/config", "--once")
     assert code == 0
     assert "world_left" in "".join(lines)
+
+
+def test_echo_names_the_nearest_topic_at_once() -> None:
+    with Child("-m", "ml2_receiver", "echo", "ligth_sensor") as child:
+        child.await_error("no sensor has the topic ligth_sensor; did you mean light_sensor?")
+        assert child.process.poll() is None, "another node may publish it yet"
+
+
+@pytest.mark.usefixtures("receiver")
+def test_echo_names_the_nearest_topic_of_another_node_in_the_end() -> None:
+    code, lines, said = echo("/diagnostic")
+    assert (code, lines) == (2, [])
+    assert "/diagnostic has no publisher after 10 s; did you mean /diagnostics?" in said

@@ -3,10 +3,19 @@
 import argparse
 import math
 import re
+import shlex
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import shtab
+
+from ..table.reader import load_table
+from ..table.stream_table import Key
+from ..wire.json_body import Scalar
+
+# What shells complete, by the names of the functions for it.
+TOPICS, KEYS, VALUES, STREAMS = "_ml2_topics", "_ml2_keys", "_ml2_values", "_ml2_streams"
 
 type Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
@@ -17,6 +26,51 @@ def add_file(parser: argparse.ArgumentParser, *names: str, **options: Any) -> No
     """Adds an argument that is a file, which shells then complete."""
     action = parser.add_argument(*names, type=Path, **options)
     action.complete = shtab.FILE  # type: ignore[attr-defined]
+
+
+def complete(action: argparse.Action, words: str) -> None:
+    """Has shells complete an argument with TOPICS, KEYS, VALUES or STREAMS."""
+    action.complete = {"bash": words, "zsh": words}  # type: ignore[attr-defined]
+
+
+def completion_functions() -> dict[str, str]:
+    """Returns the functions by shell: what the stream table has, since shells cannot wait for ROS.
+
+    bash takes what follows `=` for a word of its own.
+    """
+    completed = _completed()
+    words = {name: shlex.quote(" ".join(it)) for name, it in completed.items()}
+    bash = [f'{name}() {{ compgen -W {it} -- "$1"; }}' for name, it in words.items()]
+    typed = '''local typed="${COMP_LINE:0:COMP_POINT}"; typed="${typed##* }"'''
+    cut = '"$([[ $typed = *=* ]] && echo "s/^[^=]*=//")"'
+    bash.append(f'{VALUES}() {{ {typed}; compgen -W {words[VALUES]} -- "$typed" | sed {cut}; }}')
+    zsh = [f"{name}() {{ compadd -- {shlex.join(it)}; }}" for name, it in completed.items()]
+    return {"bash": "\n".join(bash), "zsh": "\n".join(zsh)}
+
+
+def _completed() -> dict[str, list[str]]:
+    table = load_table()
+    topics = [it for stream in table.streams.values() for it in stream.topics]
+    sections = table.sections.values()
+    keys = {f"{it.id}.{key.name}": key for it in sections for key in it.keys.values()}
+    modes = [
+        f"{it.id}.mode={width}x{height}@{rate}"
+        for it in sections
+        for mode in it.modes
+        for width, height in mode.resolutions
+        for rate in mode.rates
+    ]
+    values = [f"{name}={it}" for name, key in keys.items() for it in _likely(key)]
+    return {
+        TOPICS: [it.name for it in topics] + [it.name for it in table.receiver_topics],
+        KEYS: [*keys],
+        VALUES: [*values, *dict.fromkeys(modes)],
+        STREAMS: [*table.streams],
+    }
+
+
+def _likely(key: Key) -> Iterable[Scalar]:
+    return ("true", "false") if key.type == "bool" else key.allowed or (key.default,)
 
 
 def add_name(parser: argparse.ArgumentParser) -> None:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
+from ml2_receiver.commands.options import KEYS, Subparsers, add_name, add_ros_args, complete
 from ml2_receiver.errors import RosError
 
 from .live import PATIENCE_S, receiver_client, whom
@@ -37,7 +37,8 @@ def add_parser(subparsers: Subparsers) -> None:
         "call", help="start or stop streams, save or reload the configuration", epilog=_EPILOG
     )
     parser.add_argument("service", choices=tuple(_SERVICES), help="see below")
-    parser.add_argument("keys", nargs="*", metavar="KEY", help="of save_config")
+    keys = parser.add_argument("keys", nargs="*", metavar="KEY", help="of save_config")
+    complete(keys, KEYS)
     add_name(parser)
     add_ros_args(parser)
     parser.set_defaults(run=_run)

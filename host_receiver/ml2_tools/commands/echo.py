@@ -2,10 +2,13 @@
 
 import argparse
 import signal
+import sys
+from difflib import get_close_matches
 
-from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
+from ml2_receiver.commands.options import TOPICS, Subparsers, add_name, add_ros_args, complete
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import stop_signal
+from ml2_receiver.printable import printable
 from ml2_receiver.table.reader import load_table
 
 from .live import PATIENCE_S
@@ -24,7 +27,10 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "echo", help="print the messages of a topic as YAML", epilog=_EPILOG
     )
-    parser.add_argument("topic", metavar="TOPIC", help="a name without / is under /magic_leap2")
+    topic = parser.add_argument(
+        "topic", metavar="TOPIC", help="a name without / is under /magic_leap2"
+    )
+    complete(topic, TOPICS)
     parser.add_argument("--once", action="store_true", help="print one message and end")
     add_name(parser)
     add_ros_args(parser)
@@ -34,14 +40,24 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `| head` ends it silently
+    prefix = load_table().sections["general"].keys["topic_name"].default
+    prefix = f"{f'/{options.name}' if options.name else ''}{prefix}/"
+    topic = options.topic if options.topic.startswith("/") else prefix + options.topic
+    if topic.startswith(prefix):  # before ROS starts, which takes a second
+        _say_nearest(topic.removeprefix(prefix))
     with ros_needed():
         from ..monitoring.topic_reader import as_text, messages
-    topic = options.topic
-    if not topic.startswith("/"):
-        prefix = load_table().sections["general"].keys["topic_name"].default
-        topic = f"{'/' if options.name else ''}{options.name}{prefix}/{topic}"
     for message in messages(topic, PATIENCE_S, stopping):
         print(f"{as_text(message)}---", flush=True)
         if options.once:
             break
     return 0
+
+
+def _say_nearest(name: str) -> None:
+    """Says which topic is meant, if this belongs to no stream."""
+    names = [it.name for stream in load_table().streams.values() for it in stream.topics]
+    if name.partition("/")[0] not in {it.partition("/")[0] for it in names}:
+        for close in get_close_matches(name, names, 1, cutoff=0.8):
+            said = f"no sensor has the topic {printable(name)}; did you mean {close}?"
+            print(f"{said} Waiting {PATIENCE_S:g} s for a publisher", file=sys.stderr, flush=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from ml2_receiver.commands.options import Subparsers, add_file, port
+from ml2_receiver.commands.options import STREAMS, Subparsers, add_file, complete, port
 from ml2_receiver.commands.session_port import PORT
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.json_text import json_text
@@ -54,9 +54,10 @@ def add_parser(subparsers: Subparsers) -> None:
     status.add_argument("--json", action="store_true", help="print one object")
     status.set_defaults(run=_status)
     grant = actions.add_parser("grant", help="grant the app the permissions that streams need")
-    grant.add_argument(
+    streams = grant.add_argument(
         "streams", nargs="*", metavar="STREAM", help="default: all, images of eyes too"
     )
+    complete(streams, STREAMS)
     grant.set_defaults(run=_grant)
 
 

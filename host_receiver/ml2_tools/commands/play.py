@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rich.live import Live
 
-from ml2_receiver.commands.options import Subparsers, above_zero
+from ml2_receiver.commands.options import TOPICS, Subparsers, above_zero, complete
 from ml2_receiver.commands.receiving import address
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.session_port import PORT, add_keys
@@ -75,13 +75,14 @@ def add_parser(subparsers: Subparsers) -> None:
         "--rate", type=_rate, default=1.0, metavar="R", help="2 is twice as fast; default: 1"
     )
     parser.add_argument("--loop", action="store_true", help="begin again at the end")
-    parser.add_argument(
+    topics = parser.add_argument(
         "--topics",
         nargs="+",
         default=[],
         metavar="TOPIC",
         help="send only these; names as in the recording, with or without the prefix",
     )
+    complete(topics, TOPICS)
     parser.add_argument(
         "--start-offset",
         type=_offset,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
-from ml2_receiver.commands.options import Subparsers
+from ml2_receiver.commands.options import TOPICS, Subparsers, complete
 from ml2_receiver.commands.printed_events import PrintedEvents
 from ml2_receiver.commands.receiving import (
     add_options,
@@ -72,7 +72,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--duration", type=_above_0(float), metavar="S", help="end after so many seconds"
     )
-    parser.add_argument(
+    topic = parser.add_argument(
         "--topic",
         action="append",
         default=[],
@@ -80,6 +80,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help="record this one, a name or a pattern such as 'world_left/*'; may be repeated; config"
         " and log are recorded in any case; default: all",
     )
+    complete(topic, TOPICS)
     parser.add_argument(
         "--split-size",
         type=_above_0(int),

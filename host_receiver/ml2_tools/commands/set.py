@@ -2,7 +2,7 @@
 
 import argparse
 
-from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
+from ml2_receiver.commands.options import VALUES, Subparsers, add_name, add_ros_args, complete
 from ml2_receiver.errors import RosError
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.json_body import Scalar
@@ -28,13 +28,14 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "set", help="change the configuration while `run` runs", epilog=_EPILOG
     )
-    parser.add_argument(
+    values = parser.add_argument(
         "values",
         nargs="+",
         type=_assignment,
         metavar="KEY=VALUE",
         help="`config show` lists keys and allowed values",
     )
+    complete(values, VALUES)
     add_name(parser)
     add_ros_args(parser)
     parser.set_defaults(run=_run)

@@ -6,6 +6,7 @@ import array
 import threading
 import time
 from collections.abc import Iterator
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from ml2_receiver.errors import RosError
+from ml2_receiver.printable import printable
 from ml2_receiver.ros.context import tool_node
 from ml2_receiver.topics.message_types import message_class
 
@@ -69,16 +71,20 @@ def _await_type(
 ) -> str | None:
     """Waits for a publisher; returns the topic's type, or None if `stopping` is set first."""
     deadline_s = time.monotonic() + timeout_s
+    name = node.resolve_topic_name(topic)
+    types: dict[str, list[str]] = {}
     while time.monotonic() < deadline_s:
         if stopping.is_set():
             return None
         types = dict(node.get_topic_names_and_types())
-        if (name := node.resolve_topic_name(topic)) in types and node.count_publishers(name):
+        if name in types and node.count_publishers(name):
             return str(types[name][0])
         executor.spin_once(timeout_sec=_WAIT_S)
+    close = get_close_matches(name, types.keys() - {name}, 1, cutoff=0.8)
+    meant = f"; did you mean {printable(close[0])}?" if close else ""
     raise RosError(
-        f"{topic} has no publisher after {timeout_s:g} s: `ml2-receiver topics` lists the topics of"
-        " a running receiver"
+        f"{topic} has no publisher after {timeout_s:g} s{meant}",
+        hint="`ml2-receiver topics` lists the topics of a running receiver.",
     )
 
 
