@@ -1,20 +1,17 @@
 #include "future.h"
 
 #include "../sdk/error.h"
+#include "runtime.h"
 
 #define READY_WITHIN_NANOS INT64_C(5000000000)
 
-void sleep_millisecond(void) {
-    struct timespec millisecond = {0, 1000000};
-    nanosleep(&millisecond, NULL);
-}
-
-ml2s_result future_wait(XrFutureEXT future, const char *call, ml2s_error *error) {
+ml2s_result future_wait(XrFutureEXT future, const char *call, bool is_starting, ml2s_error *error) {
     for (int64_t until = ml2s_now() + READY_WITHIN_NANOS; ml2s_now() < until; sleep_millisecond()) {
         XrFuturePollInfoEXT info = {XR_TYPE_FUTURE_POLL_INFO_EXT, NULL, future};
         XrFuturePollResultEXT polled = {.type = XR_TYPE_FUTURE_POLL_RESULT_EXT};
         ml2s_result result = XR_CALL(error, future, xrPollFutureEXT, xr.instance, &info, &polled);
-        if (result || polled.state == XR_FUTURE_STATE_READY_EXT) {
+        if (result || polled.state == XR_FUTURE_STATE_READY_EXT ||
+            (is_starting && (result = xr_handle_events(error)))) {
             return result;
         }
     }

@@ -3,8 +3,8 @@
 
 #include "xr_api.h"
 
-/** Sleeps 1 ms. */
-void sleep_millisecond(void);
-
-/** Waits until the future is ready, at most 5 s. call is the name of the asynchronous call, for the message. */
-ml2s_result future_wait(XrFutureEXT future, const char *call, ml2s_error *error);
+/**
+ * Waits until the future is ready, at most 5 s. call is the name of the asynchronous call, for the message. With
+ * is_starting, the wait ends with the session; a sensor that stops is waited for, since the session lasts until then.
+ */
+ml2s_result future_wait(XrFutureEXT future, const char *call, bool is_starting, ml2s_error *error);

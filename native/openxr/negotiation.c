@@ -171,7 +171,7 @@ static ml2s_result configure(const struct negotiation *n, ml2s_error *error) {
                                       .configs = n->configs};
     XrFutureEXT future;
     ml2s_result result = XR_CALL(error, pixel, xrConfigurePixelSensorAsyncML, n->sensor, &info, &future);
-    if (result || (result = future_wait(future, "xrConfigurePixelSensorAsyncML", error))) {
+    if (result || (result = future_wait(future, "xrConfigurePixelSensorAsyncML", true, error))) {
         return result;
     }
     XrPixelSensorConfigureCompletionML completion = {.type = XR_TYPE_PIXEL_SENSOR_CONFIGURE_COMPLETION_ML};

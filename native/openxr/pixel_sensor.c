@@ -80,7 +80,7 @@ static ml2s_result start_stream(struct pixel_sensor *sensor, ml2s_error *error) 
     XrPixelSensorStartInfoML info = {XR_TYPE_PIXEL_SENSOR_START_INFO_ML, NULL, 1, &sensor->mode.device_stream};
     XrFutureEXT future;
     ml2s_result result = XR_CALL(error, pixel, xrStartPixelSensorAsyncML, sensor->sensor, &info, &future);
-    if (result || (result = future_wait(future, "xrStartPixelSensorAsyncML", error))) {
+    if (result || (result = future_wait(future, "xrStartPixelSensorAsyncML", true, error))) {
         return result;
     }
     XrPixelSensorStartCompletionML completion = {.type = XR_TYPE_PIXEL_SENSOR_START_COMPLETION_ML};
@@ -96,7 +96,7 @@ static ml2s_result stop_stream(struct pixel_sensor *sensor, ml2s_error *error) {
     XrPixelSensorStopInfoML info = {XR_TYPE_PIXEL_SENSOR_STOP_INFO_ML, NULL, 1, &sensor->mode.device_stream};
     XrFutureEXT future;
     ml2s_result result = XR_CALL(error, pixel, xrStopPixelSensorAsyncML, sensor->sensor, &info, &future);
-    if (result || (result = future_wait(future, "xrStopPixelSensorAsyncML", error))) {
+    if (result || (result = future_wait(future, "xrStopPixelSensorAsyncML", false, error))) {
         return result;
     }
     XrPixelSensorStopCompletionML completion = {.type = XR_TYPE_PIXEL_SENSOR_STOP_COMPLETION_ML};

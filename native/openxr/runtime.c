@@ -6,7 +6,6 @@
 #include "../sdk/error.h"
 #include "../sdk/lock.h"
 #include "actions.h"
-#include "future.h"
 #include "loader.h"
 #include "session.h"
 

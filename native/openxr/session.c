@@ -3,7 +3,6 @@
 #include <stdatomic.h>
 
 #include "../sdk/error.h"
-#include "future.h"
 
 #define READY_WITHIN_NANOS INT64_C(5000000000)
 

@@ -100,5 +100,8 @@ extern struct xr {
 /** Converts a result code and sets error after a failure. XR_TIMEOUT_EXPIRED is ML2S_TIMEOUT. */
 ml2s_result xr_result_of(XrResult result, const char *call, ml2s_error *error);
 
+/** Sleeps 1 ms. */
+static inline void sleep_millisecond(void) { nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL); }
+
 /** Calls a function of a table and converts its result. */
 #define XR_CALL(error, table, name, ...) xr_result_of(xr.table.name(__VA_ARGS__), #name, error)

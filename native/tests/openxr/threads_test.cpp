@@ -58,6 +58,25 @@ TEST_F(Threads, FramesAreReadWhileTheNextAreWritten) {
     reader.join();
 }
 
+TEST_F(Threads, ASensorThatIsStillStartingIsGivenUpWhenTheAppsSessionEnds) {
+    App app(kAll);
+    ASSERT_EQ(app.lendSession(), ML2S_OK);
+    runtime("fault.future.stuck", "1");
+    std::promise<uint32_t> isOpen;
+    std::thread sensors([&] {
+        const Sensor head(kHead);
+        isOpen.set_value(counters().live_objects);
+        expectRefused(kEyeNasalLeft, ML2S_VENDOR_FAILURE, "the app is ending its OpenXR session");
+    });
+    const auto before = isOpen.get_future().get();
+    while (counters().live_objects < before + 2) { // the camera and its future
+        std::this_thread::yield();
+    }
+    auto error = sized<ml2s_error>();
+    EXPECT_EQ(ml2s_use_openxr(nullptr, &error), ML2S_OK) << error.message;
+    sensors.join();
+}
+
 TEST_F(Threads, BeforeTheAppsSessionEndsPollsFailUntilAllIsClosed) {
     App app(kAll);
     app.createSession();
