@@ -3,9 +3,17 @@ package dev.ml2sensors.cdr
 import kotlinx.serialization.DeserializationStrategy
 import kotlinx.serialization.ExperimentalSerializationApi
 import kotlinx.serialization.SerializationException
-import kotlinx.serialization.descriptors.PrimitiveKind
+import kotlinx.serialization.builtins.ByteArraySerializer
+import kotlinx.serialization.builtins.DoubleArraySerializer
+import kotlinx.serialization.builtins.FloatArraySerializer
+import kotlinx.serialization.builtins.IntArraySerializer
+import kotlinx.serialization.builtins.LongArraySerializer
+import kotlinx.serialization.builtins.ShortArraySerializer
+import kotlinx.serialization.builtins.UByteArraySerializer
+import kotlinx.serialization.builtins.UIntArraySerializer
+import kotlinx.serialization.builtins.ULongArraySerializer
+import kotlinx.serialization.builtins.UShortArraySerializer
 import kotlinx.serialization.descriptors.SerialDescriptor
-import kotlinx.serialization.descriptors.StructureKind
 import kotlinx.serialization.encoding.AbstractDecoder
 import kotlinx.serialization.encoding.CompositeDecoder
 import kotlinx.serialization.modules.SerializersModule
@@ -24,7 +32,14 @@ internal class CdrDecoder(private val reader: CdrReader) : AbstractDecoder() {
     override fun decodeElementIndex(descriptor: SerialDescriptor): Int =
         throw SerializationException("CDR has no element indices, so ${descriptor.serialName} must read sequentially")
 
-    override fun beginStructure(descriptor: SerialDescriptor): CompositeDecoder = also { descriptor.checkHasCdr() }
+    override fun beginStructure(descriptor: SerialDescriptor): CompositeDecoder = also {
+        descriptor.checkHasCdr()
+        if (descriptor.isEmptyMessage) reader.byte()
+    }
+
+    @Suppress("UNCHECKED_CAST") // The array that the serializer makes
+    override fun <T> decodeSerializableValue(deserializer: DeserializationStrategy<T>): T =
+        BLOCKS[deserializer]?.let { it() as T } ?: super.decodeSerializableValue(deserializer)
 
     override fun <T> decodeSerializableElement(
         descriptor: SerialDescriptor,
@@ -41,7 +56,16 @@ internal class CdrDecoder(private val reader: CdrReader) : AbstractDecoder() {
 
     fun decodeBytes(): ByteBuffer = reader.bytes(decodeLength(Byte.SIZE_BYTES))
 
-    private fun decodeLength(leastElementSize: Int): Int = fixedLength?.length ?: reader.length(leastElementSize)
+    private fun decodeByteArray(): ByteArray = decodeBytes().let { ByteArray(it.remaining()).also(it::get) }
+
+    private fun decodeShorts(): ShortArray = reader.shorts(decodeLength(Short.SIZE_BYTES))
+
+    private fun decodeInts(): IntArray = reader.ints(decodeLength(Int.SIZE_BYTES))
+
+    private fun decodeLongs(): LongArray = reader.longs(decodeLength(Long.SIZE_BYTES))
+
+    private fun decodeLength(leastElementSize: Int): Int =
+        fixedLength?.let { reader.fixedLength(it.length, leastElementSize) } ?: reader.length(leastElementSize)
 
     override fun decodeNotNullMark(): Boolean = throw SerializationException("CDR has no nullable properties")
 
@@ -60,15 +84,23 @@ internal class CdrDecoder(private val reader: CdrReader) : AbstractDecoder() {
     override fun decodeDouble(): Double = reader.double()
 
     override fun decodeString(): String = reader.string()
-}
 
-/** The fewest bytes a value can take, padding aside: what bounds the number of elements before they are allocated. */
-@OptIn(ExperimentalSerializationApi::class)
-private fun SerialDescriptor.leastSize(): Int = when (kind) {
-    PrimitiveKind.SHORT -> Short.SIZE_BYTES
-    PrimitiveKind.INT, PrimitiveKind.FLOAT, StructureKind.LIST -> Int.SIZE_BYTES
-    PrimitiveKind.LONG, PrimitiveKind.DOUBLE -> Long.SIZE_BYTES
-    PrimitiveKind.STRING -> Int.SIZE_BYTES + 1
-    StructureKind.CLASS -> (0 until elementsCount).sumOf { getElementDescriptor(it).leastSize() }
-    else -> Byte.SIZE_BYTES
+    fun decodeWideString(): String = reader.wideString()
+
+    private companion object {
+        /** Arrays of numbers, each copied as a whole instead of number by number. */
+        @OptIn(ExperimentalUnsignedTypes::class)
+        val BLOCKS = mapOf<DeserializationStrategy<*>, CdrDecoder.() -> Any>(
+            ByteArraySerializer() to { decodeByteArray() },
+            UByteArraySerializer() to { decodeByteArray().asUByteArray() },
+            ShortArraySerializer() to { decodeShorts() },
+            UShortArraySerializer() to { decodeShorts().asUShortArray() },
+            IntArraySerializer() to { decodeInts() },
+            UIntArraySerializer() to { decodeInts().asUIntArray() },
+            LongArraySerializer() to { decodeLongs() },
+            ULongArraySerializer() to { decodeLongs().asULongArray() },
+            FloatArraySerializer() to { reader.floats(decodeLength(Float.SIZE_BYTES)) },
+            DoubleArraySerializer() to { reader.doubles(decodeLength(Double.SIZE_BYTES)) },
+        )
+    }
 }

@@ -1,9 +1,7 @@
 package dev.ml2sensors.cdr
 
 import kotlinx.serialization.ExperimentalSerializationApi
-import kotlinx.serialization.SerializationException
 import kotlinx.serialization.descriptors.SerialDescriptor
-import kotlinx.serialization.descriptors.StructureKind
 import kotlinx.serialization.encoding.AbstractEncoder
 import kotlinx.serialization.encoding.CompositeEncoder
 import kotlinx.serialization.modules.SerializersModule
@@ -39,7 +37,10 @@ internal class CdrEncoder(private val writer: CdrWriter, private val borrowsLast
         return true
     }
 
-    override fun beginStructure(descriptor: SerialDescriptor): CompositeEncoder = also { descriptor.checkHasCdr() }
+    override fun beginStructure(descriptor: SerialDescriptor): CompositeEncoder = also {
+        descriptor.checkHasCdr()
+        if (descriptor.isEmptyMessage) writer.byte(0)
+    }
 
     override fun beginCollection(descriptor: SerialDescriptor, collectionSize: Int): CompositeEncoder {
         encodeLength(collectionSize)
@@ -74,19 +75,6 @@ internal class CdrEncoder(private val writer: CdrWriter, private val borrowsLast
     override fun encodeDouble(value: Double) = writer.double(value)
 
     override fun encodeString(value: String) = writer.string(value)
-}
 
-// Allocation-friendly loop
-@OptIn(ExperimentalSerializationApi::class)
-internal fun SerialDescriptor.fixedLength(index: Int): FixedLength? {
-    val annotations = getElementAnnotations(index)
-    for (i in annotations.indices) (annotations[i] as? FixedLength)?.let { return it }
-    return null
-}
-
-@OptIn(ExperimentalSerializationApi::class)
-internal fun SerialDescriptor.checkHasCdr() {
-    if (kind != StructureKind.LIST && (kind != StructureKind.CLASS || elementsCount == 0)) {
-        throw SerializationException("Expected a message or a sequence, but found $serialName of kind $kind")
-    }
+    fun encodeWideString(value: String) = writer.wideString(value)
 }

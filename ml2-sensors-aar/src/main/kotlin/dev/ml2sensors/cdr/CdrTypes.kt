@@ -4,6 +4,8 @@ import kotlinx.serialization.ExperimentalSerializationApi
 import kotlinx.serialization.KSerializer
 import kotlinx.serialization.SerialInfo
 import kotlinx.serialization.builtins.ByteArraySerializer
+import kotlinx.serialization.descriptors.PrimitiveKind
+import kotlinx.serialization.descriptors.PrimitiveSerialDescriptor
 import kotlinx.serialization.descriptors.SerialDescriptor
 import kotlinx.serialization.encoding.Decoder
 import kotlinx.serialization.encoding.Encoder
@@ -40,4 +42,20 @@ public object ByteSequenceSerializer : KSerializer<ByteBuffer> {
 
     override fun deserialize(decoder: Decoder): ByteBuffer =
         if (decoder is CdrDecoder) decoder.decodeBytes() else ByteBuffer.wrap(arraySerializer.deserialize(decoder))
+}
+
+/**
+ * A `wstring`, which CDR holds in UTF-16 with four bytes for each unit: `uint32` number of units; the units. So Fast DDS
+ * sends it in ROS 2 Jazzy. Encoding text with an unpaired surrogate throws [IllegalArgumentException].
+ *
+ * Other formats see text.
+ */
+public object WideStringSerializer : KSerializer<String> {
+    override val descriptor: SerialDescriptor = PrimitiveSerialDescriptor("wstring", PrimitiveKind.STRING)
+
+    override fun serialize(encoder: Encoder, value: String): Unit =
+        if (encoder is CdrEncoder) encoder.encodeWideString(value) else encoder.encodeString(value)
+
+    override fun deserialize(decoder: Decoder): String =
+        if (decoder is CdrDecoder) decoder.decodeWideString() else decoder.decodeString()
 }

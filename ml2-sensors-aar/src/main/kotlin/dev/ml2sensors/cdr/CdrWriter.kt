@@ -57,6 +57,14 @@ internal class CdrWriter private constructor(private val allocate: (Int) -> Byte
         reserve(utf8.size + 1).put(utf8).put(0)
     }
 
+    /** Each unit of UTF-16 in four bytes, as Fast DDS sends it; no NUL ends it. */
+    fun wideString(value: String) {
+        val units = value.toCharArray()
+        require(units.unpairedSurrogate() == null) { "Expected Unicode text, but found an unpaired surrogate" }
+        int(units.size)
+        for (unit in units) int(unit.code)
+    }
+
     fun bytes(value: ByteBuffer) {
         reserve(value.remaining()).put(value.duplicate())
     }
@@ -91,6 +99,17 @@ internal class CdrWriter private constructor(private val allocate: (Int) -> Byte
 internal const val CDR_LE = 0x00_01_00_00
 
 internal const val NUL = '\u0000'
+
+/** The index of a surrogate without the other half beside it, or null if this is Unicode text. */
+internal fun CharArray.unpairedSurrogate(): Int? {
+    var index = 0
+    while (index < size) {
+        val isPair = this[index].isHighSurrogate() && index + 1 < size && this[index + 1].isLowSurrogate()
+        if (this[index].isSurrogate() && !isPair) return index
+        index += if (isPair) 2 else 1
+    }
+    return null
+}
 
 /**
  * Returns the padding before a number of [size] bytes. [position] includes the encapsulation header; alignment is

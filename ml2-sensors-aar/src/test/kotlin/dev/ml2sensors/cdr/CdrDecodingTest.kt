@@ -7,7 +7,9 @@ import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.message.Time
 import kotlinx.serialization.ExperimentalSerializationApi
 import kotlinx.serialization.KSerializer
+import kotlinx.serialization.Serializable
 import kotlinx.serialization.builtins.DoubleArraySerializer
+import kotlinx.serialization.builtins.ListSerializer
 import org.junit.jupiter.api.Test
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
@@ -115,6 +117,43 @@ class CdrDecodingTest {
             00 00 00 80              # bytes of data
             01 02 03
             """,
+        )
+    }
+
+    @Test
+    fun aWideStringIsUtf16() {
+        for ((listing, found) in listOf(
+            "00010000 01000000 0000 0100" to "0x00010000 at offset 8",
+            "00010000 01000000 61000080" to "0x80000061 at offset 8",
+            "00010000 02000000 61000000 3dd80000" to "an unpaired surrogate at offset 12",
+            "00010000 02000000 00de0000 61000000" to "an unpaired surrogate at offset 8",
+        )) {
+            assertRefused("Expected UTF-16, but found $found", WideStringSerializer, listing)
+        }
+        assertRefused(
+            "Expected length of at most 1, but found 2 at offset 4",
+            WideStringSerializer,
+            "00010000 02000000 61000000 6200",
+        )
+    }
+
+    @Serializable
+    class Large(@FixedLength(1 shl 28) val numbers: DoubleArray)
+
+    @Serializable
+    class Pair(@FixedLength(2) val bytes: ByteArray)
+
+    @Test
+    fun anArrayIsNotMadeForBytesThatAreNotThere() {
+        assertRefused(
+            "Expected 268435456 elements, but found bytes for at most 2 at offset 4",
+            Large.serializer(),
+            "00010000 ${"00".repeat(20)}",
+        )
+        assertRefused(
+            "Expected length of at most 2, but found 3 at offset 4",
+            ListSerializer(Pair.serializer()),
+            "00010000 03000000 0102 0304 05",
         )
     }
 

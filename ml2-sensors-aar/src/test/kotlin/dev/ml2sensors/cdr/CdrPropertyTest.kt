@@ -6,6 +6,7 @@ import dev.ml2sensors.conformance.fieldsJson
 import kotlinx.serialization.ExperimentalSerializationApi
 import kotlinx.serialization.KSerializer
 import org.junit.jupiter.api.Test
+import java.nio.ByteBuffer
 import kotlin.random.Random
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
@@ -28,6 +29,9 @@ class CdrPropertyTest {
         val decoded = Cdr.decodeFromByteArray(serializer, bytes)
         assertEquals(fieldsJson.encodeToString(serializer, message), fieldsJson.encodeToString(serializer, decoded))
         assertContentEquals(bytes, Cdr.encodeToByteArray(serializer, decoded))
+        val withTail = ByteBuffer.allocateDirect(bytes.size + 7).put(bytes).put(random.nextBytes(7)).flip()
+        val fromDirect = Cdr.decode(serializer, withTail, allowsTail = true)
+        assertContentEquals(bytes, Cdr.encodeToByteArray(serializer, fromDirect))
     }
 
     @Test

@@ -1,8 +1,12 @@
 package dev.ml2sensors.cdr
 
+import dev.ml2sensors.message.CameraInfo
+import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.StringMessage
+import dev.ml2sensors.message.TFMessage
 import dev.ml2sensors.message.Time
 import kotlinx.serialization.ExperimentalSerializationApi
+import kotlinx.serialization.KSerializer
 import kotlinx.serialization.Serializable
 import kotlinx.serialization.SerializationException
 import kotlinx.serialization.builtins.ListSerializer
@@ -14,7 +18,7 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertTrue
 
-@OptIn(ExperimentalSerializationApi::class)
+@OptIn(ExperimentalSerializationApi::class, ExperimentalUnsignedTypes::class)
 class CdrTest {
     @Serializable
     data class Integers(
@@ -209,11 +213,161 @@ class CdrTest {
         assertEquals(ByteBuffer.wrap(hex("1a 1b")), decoded.pair)
     }
 
+    @Serializable
+    data class Wide(
+        val before: Byte,
+        @Serializable(WideStringSerializer::class)
+        val text: String,
+        val list: List<
+            @Serializable(WideStringSerializer::class)
+            String,
+            >,
+        val after: Byte,
+    )
+
+    /** As rclpy's `serialize_message` writes test_msgs/msg/WStrings. */
+    @Test
+    fun aWideStringHasFourBytesForEachUnitAndNoNul() {
+        val message = Wide(before = 1, "aß€😀", listOf("", "b"), after = 2)
+        val decoded =
+            assertCdr(
+                Wide.serializer(),
+                message,
+                """
+                00 01 00 00              # encapsulation
+                01 00 00 00              # before, padding to 4
+                05 00 00 00              # 5 units
+                61 00 00 00 df 00 00 00  # a, ß
+                ac 20 00 00              # €
+                3d d8 00 00 00 de 00 00  # 😀
+                02 00 00 00              # 2 strings
+                00 00 00 00              # list[0], empty
+                01 00 00 00 62 00 00 00  # list[1], "b"
+                02                       # after
+                """,
+            )
+        assertEquals(message, decoded)
+    }
+
+    @Serializable
+    class Nothing
+
+    @Serializable
+    data object Single
+
+    @Serializable
+    class Nothings(val first: Nothing, val list: List<Nothing>, val single: Single, val last: Short)
+
+    @Test
+    fun aMessageWithoutFieldsIsOneByte() {
+        assertCdr(Nothing.serializer(), Nothing(), "00010000 00")
+        assertCdr(Single.serializer(), Single, "00010000 00")
+        assertCdr(
+            Nothings.serializer(),
+            Nothings(Nothing(), List(3) { Nothing() }, Single, last = 7),
+            """
+            00 01 00 00  # encapsulation
+            00 00 00 00  # first, padding to 4
+            03 00 00 00  # 3 messages
+            00 00 00     # list
+            00           # single
+            07 00        # last
+            """,
+        )
+        assertEquals(Single, Cdr.decodeFromByteArray(Single.serializer(), hex("00010000 55")))
+    }
+
+    @Serializable
+    class Numbers(
+        val bytes: ByteArray,
+        @FixedLength(2) val ubytes: UByteArray,
+        val shorts: ShortArray,
+        @FixedLength(2) val ushorts: UShortArray,
+        val ints: IntArray,
+        @FixedLength(1) val uints: UIntArray,
+        val longs: LongArray,
+        @FixedLength(1) val ulongs: ULongArray,
+        val floats: FloatArray,
+        @FixedLength(1) val doubles: DoubleArray,
+        val booleans: BooleanArray,
+    )
+
+    @Test
+    fun arraysOfEachNumberAreAlignedAsTheirElements() {
+        val message =
+            Numbers(
+                byteArrayOf(-1), ubyteArrayOf(254u, 2u), shortArrayOf(-3), ushortArrayOf(65_532u, 4u), intArrayOf(-5),
+                uintArrayOf(4_294_967_290u), longArrayOf(-7), ulongArrayOf(18_446_744_073_709_551_608u),
+                floatArrayOf(1.5f), doubleArrayOf(-2.5), booleanArrayOf(true, false),
+            )
+        val listing =
+            """
+            00 01 00 00                       # encapsulation
+            01 00 00 00 ff fe 02 00           # bytes, ubytes, padding to 4
+            01 00 00 00 fd ff fc ff 04 00     # shorts, ushorts
+            00 00                             # padding to 4
+            01 00 00 00 fb ff ff ff           # ints
+            fa ff ff ff                       # uints
+            01 00 00 00                       # 1 long
+            00 00 00 00                       # padding to 8
+            f9 ff ff ff ff ff ff ff           # longs
+            f8 ff ff ff ff ff ff ff           # ulongs
+            01 00 00 00 00 00 c0 3f           # floats
+            00 00 00 00 00 00 04 c0           # doubles
+            02 00 00 00 01 00                 # booleans
+            """
+        val decoded = assertCdr(Numbers.serializer(), message, listing)
+        assertContentEquals(message.ubytes, decoded.ubytes)
+        assertContentEquals(message.ulongs, decoded.ulongs)
+        assertContentEquals(message.doubles, decoded.doubles)
+        assertContentEquals(message.booleans, decoded.booleans)
+    }
+
+    @Test
+    fun aMessageIsReadBetweenPositionAndLimitOfAnyBuffer() {
+        val message = hex("aaaa 00010000 03000000 6162 00 bbbb")
+        val buffers =
+            listOf(ByteBuffer.wrap(message), ByteBuffer.wrap(message).asReadOnlyBuffer(), ByteBuffer.allocateDirect(15))
+        buffers.last().put(message)
+        for (buffer in buffers) {
+            buffer.position(2).limit(13)
+            assertEquals(StringMessage("ab"), Cdr.decode(StringMessage.serializer(), buffer))
+            assertEquals(2, buffer.position())
+            assertEquals(13, buffer.limit())
+        }
+    }
+
+    /** The second is what Cyclone DDS writes: three bytes of padding, which the options count. */
+    @Test
+    fun bytesAfterTheMessageAreIgnoredWhereTheCallerAllowsThem() {
+        for (listing in listOf("00010000 02000000 6100 55aa", "00010003 02000000 6100 000000")) {
+            val bytes = ByteBuffer.wrap(hex(listing))
+            assertEquals(StringMessage("a"), Cdr.decode(StringMessage.serializer(), bytes, allowsTail = true))
+            assertFailsWith<CdrDecodingException> { Cdr.decode(StringMessage.serializer(), bytes) }
+        }
+    }
+
+    private fun layout(serializer: KSerializer<*>) = serializer.descriptor.layout()
+
+    @Test
+    fun theLayoutSaysHowCdrWalksThroughAType() {
+        assertEquals("[44ssddddddd]", layout(TFMessage.serializer()))
+        assertEquals("44s44s14[1]", layout(Image.serializer()))
+        assertEquals("44s44s[d](d)*9(d)*9(d)*12444444b", layout(CameraInfo.serializer()))
+        assertEquals("1w[w]1", layout(Wide.serializer()))
+        assertEquals("1[1]12", layout(Nothings.serializer()))
+        assertEquals("[1](1)*2[2](2)*2[4](4)*1[8](8)*1[f](d)*1[b]", layout(Numbers.serializer()))
+        assertEquals("[44][s]([1])*2", layout(Lists.serializer()))
+    }
+
     @Test
     fun textThatCdrCannotCarryIsRefused() {
         for (text in listOf("\uD83D", "a\u0000b")) {
             val message = StringMessage(text)
             assertFailsWith<IllegalArgumentException> { Cdr.encodeToByteArray(StringMessage.serializer(), message) }
+        }
+        for (text in listOf("\uD83D", "a\uDE00b", "\uD83D\uD83D\uDE00")) {
+            assertFailsWith<IllegalArgumentException> { Cdr.encodeToByteArray(WideStringSerializer, text) }
         }
     }
 
@@ -224,7 +378,7 @@ class CdrTest {
     data class Keyed(val values: Map<String, Int>)
 
     @Serializable
-    class Empty
+    class Node(val children: List<Node>)
 
     @Test
     fun whatRosHasNoTypeForIsRefused() {
@@ -233,7 +387,9 @@ class CdrTest {
         val present = hex("0001000001000000")
         assertFailsWith<SerializationException> { Cdr.decodeFromByteArray(Optional.serializer(), present) }
         assertFailsWith<SerializationException> { Cdr.encodeToByteArray(Keyed.serializer(), Keyed(mapOf())) }
-        assertFailsWith<SerializationException> { Cdr.encodeToByteArray(Empty.serializer(), Empty()) }
+        for (serializer in listOf(Optional.serializer(), Keyed.serializer(), Node.serializer(), Char.serializer())) {
+            assertFailsWith<SerializationException> { serializer.descriptor.layout() }
+        }
     }
 
     @Test

@@ -1,5 +1,10 @@
 package dev.ml2sensors.fuzz
 
+import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.cdr.CdrDecodingException
+import dev.ml2sensors.cdr.WideStringSerializer
+import dev.ml2sensors.conformance.CdrVector
+import dev.ml2sensors.conformance.MESSAGE_SERIALIZERS
 import dev.ml2sensors.conformance.Vector
 import dev.ml2sensors.pairing.PairingUri
 import dev.ml2sensors.wire.Bye
@@ -16,12 +21,18 @@ import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Start
 import dev.ml2sensors.wire.TimeBodies
 import dev.ml2sensors.wire.Welcome
+import kotlinx.serialization.ExperimentalSerializationApi
+import kotlinx.serialization.KSerializer
+import kotlinx.serialization.builtins.ListSerializer
 import java.io.EOFException
+import java.nio.ByteBuffer
 import java.nio.channels.Channels
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
+import kotlin.test.assertTrue
 
 /** A reader of untrusted bytes: anything may be refused in the way that is documented, nothing else may happen. */
+@OptIn(ExperimentalSerializationApi::class)
 internal enum class FuzzTarget {
     FRAMES {
         override fun seeds() = Vector.loadAll("wire").map { it.bytes }
@@ -63,6 +74,32 @@ internal enum class FuzzTarget {
         override fun read(data: ByteArray) {
             body<PairChallenge>(data)
             body<Paired>(data)
+        }
+    },
+
+    /** The first byte chooses the type. */
+    MESSAGES {
+        private val serializers = MESSAGE_SERIALIZERS.values.toList() + ListSerializer(WideStringSerializer)
+
+        override fun seeds() = CdrVector.all.map { byteArrayOf(serializers.indexOf(it.serializer).toByte()) + it.bytes }
+
+        override fun read(data: ByteArray) {
+            if (data.isEmpty()) return
+            val serializer = serializers[data[0].toUByte().toInt() % serializers.size]
+            written(serializer, ByteBuffer.wrap(data).position(1))
+        }
+
+        /** A message that is read is the same after it was written and read again, as bytes: a number may be NaN. */
+        private fun <T> written(serializer: KSerializer<T>, bytes: ByteBuffer) {
+            val message = try {
+                Cdr.decode(serializer, bytes, allowsTail = true)
+            } catch (_: CdrDecodingException) {
+                return
+            }
+            val written = Cdr.encodeToByteArray(serializer, message)
+            assertTrue(written.size <= bytes.remaining())
+            val again = Cdr.decodeFromByteArray(serializer, written)
+            assertContentEquals(written, Cdr.encodeToByteArray(serializer, again))
         }
     },
 
