@@ -6,7 +6,6 @@ import re
 import select
 import signal
 import sys
-import threading
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
@@ -17,10 +16,9 @@ import shtab
 
 from .commands.options import completion_functions
 from .commands.ros_start import ros_args_of
-from .commands.stopping import heed_interrupts
+from .commands.stopping import heed_interrupts, limit_interrupts
 from .errors import ReceiverError
 from .generated.version import VERSION
-from .stop_limit import STOP_LIMIT
 
 __all__ = ["main"]
 
@@ -103,16 +101,21 @@ def _add_section(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one subcommand.
 
+    Args:
+        arguments: None for those of this process, which Ctrl-C then ends soon, whatever hangs.
+
     Returns:
         0 if the command succeeded, 1 if it found a problem in what it checked, 2 if it failed, with
         the reason on stderr; 130 after Ctrl-C, and 141 if nobody reads the output any more, as of
         programs that end by these signals.
     """
     heed_interrupts()
+    if arguments is None:
+        limit_interrupts()
+        arguments = sys.argv[1:]
     try:
-        return _run(sys.argv[1:] if arguments is None else arguments)
+        return _run(arguments)
     except KeyboardInterrupt:
-        threading.Thread(target=STOP_LIMIT.enforce, daemon=True).start()  # for threads that hang
         return 128 + signal.SIGINT
     except BrokenPipeError:
         if not _is_unread(sys.stdout):

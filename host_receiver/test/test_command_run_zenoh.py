@@ -6,6 +6,8 @@ import itertools
 import os
 import signal
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
@@ -19,8 +21,11 @@ from fake_sink import FakeSink
 from ml2_receiver.commands.zenoh_start import zenoh_output
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.errors import ZenohError
+from ml2_receiver.session.demand import STAYS_S
 from ml2_receiver.topics.control import Control
 from ml2_receiver.topics.fan_out import FanOut
+from ml2_receiver.wire.kinds import Kind
+from ml2_receiver.wire.messages import Configure
 from ml2_receiver.zenoh.configuration import session_configuration
 from mock_device import MockDevice
 from refusals import refusal
@@ -148,6 +153,42 @@ def test_only_with_lazy_streams_without_subscribers_on_zenoh_pause(
             device.expect_start(asked.request)
             subscriber.undeclare()
             assert device.reconfigure().streams == {}
+
+
+def test_a_subscriber_in_a_loop_has_a_camera_configured_seldom(
+    config: Path, endpoint: str, router: zenoh.Session
+) -> None:
+    config.write_text(f"{CONFIG}    publish: {{lazy: true}}\n")
+    with without_ros(config, endpoint) as receiver:
+        address = receiver.line().removeprefix("listening on ")
+        receiver.await_error(f"Zenoh: connected to {endpoint}")
+        with MockDevice(address, says_ping=True) as device:
+            device.configure()
+            assert device.reconfigure().streams == {}
+            began_s = time.monotonic()
+            with ThreadPoolExecutor(1) as other:
+                other.submit(come_and_go, router, "world_left/image_raw", "battery")
+                asked: list[Configure] = []
+                while not any("battery" in it.streams for it in asked):
+                    frame = device.wires["control"].receive()
+                    assert frame is not None
+                    if frame.header.kind == Kind.CONFIGURE:
+                        asked.append(Configure.parse(frame.body))
+                        device.answer(asked[-1])
+            took_s = time.monotonic() - began_s
+    assert any("world_left" in it.streams for it in asked)
+    # A start and an end in each of these times, and what the battery asks for.
+    assert len(asked) <= 2 * (1 + took_s / STAYS_S) + 1
+
+
+def come_and_go(router: zenoh.Session, topic: str, last: str) -> None:
+    """Subscribes to a topic again and again, and then to the last one."""
+    for _ in range(96):
+        subscriber = router.declare_subscriber(key(f"magic_leap2/{topic}"), lambda _: None)
+        time.sleep(0.03)  # it stays for so long
+        subscriber.undeclare()
+        time.sleep(0.03)
+    router.declare_subscriber(key(f"magic_leap2/{last}"), lambda _: None)
 
 
 def test_a_router_that_is_not_there_is_said_and_tried_again(config: Path, endpoint: str) -> None:

@@ -1,21 +1,24 @@
-"""Commands that show or play until they are stopped: each ends cleanly, whatever hangs."""
+"""Every command ends cleanly: by a signal, whatever hangs, and when nobody reads its output."""
 
 from __future__ import annotations
 
+import os
 import signal
 import struct
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
 
 from mock_device import MockDevice
 from repeated import repeated
-from ros_processes import Child, Receiver
-from test_stopping import HANGING
-from waiting import GRACE_S
+from ros_processes import Child, Receiver, environment
+from waiting import GRACE_S, LIMIT_S
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -27,16 +30,65 @@ CONFIG = """
     world_left: {enabled: true}
     battery: {enabled: true}
 """
-SHOWING = {
-    ("topics",): "watching until Ctrl-C",
-    ("latency",): "measuring until Ctrl-C",
-    ("echo", "battery"): "---",
-    ("view", "--no-browser"): "open http",
-    ("view", "--no-browser", "BAG"): "open http",
+COMMANDS = sorted({it.name for it in entry_points(group="ml2_receiver.commands")})
+LISTEN = "--name other --listen 127.0.0.1:0 --insecure"
+# Commands that go on until they are stopped, and what each says when it works.
+LASTING = {
+    f"run {LISTEN}": "listening on",
+    f"run --no-ros --zenoh tcp/127.0.0.1:9 {LISTEN}": "listening on",
+    f"record NEW {LISTEN}": "until Ctrl-C",
+    f"record NEW --no-ros {LISTEN}": "until Ctrl-C",
+    "record NEW --attach": "until Ctrl-C",
+    "pair --listen 127.0.0.1:0": "ml2s://",
+    "products": "ready",
+    "compat": "ready",
+    "topics": "watching until Ctrl-C",
+    "latency": "measuring until Ctrl-C",
+    "echo battery": "---",
+    "evaluate --live --camera world_left --out NEW": "until Ctrl-C",
+    "play BAG --insecure --receiver SPARE --rate 0.01": "playing",
+    "view --no-browser": "open http",
+    "view --no-browser BAG": "open http",
 }
-# echo has no other thread.
-THREADED = [it for it in SHOWING if it[0] != "echo"]
-SIGNALS = [signal.SIGINT, signal.SIGTERM]
+# Their exit code where it is not 0: nobody was paired, nothing recorded, or not all played.
+INCOMPLETE = {"pair": 2, "evaluate": 2, "play": 1}
+# Commands that end by themselves.
+BRIEF = (
+    "call start",
+    "config show",
+    "devices --json",
+    "doctor",
+    "export --bag BAG --cameras world_left --kalibr NEW",
+    "headset status",
+    "inspect BAG",
+    "rviz --out NEW",
+    "set battery.enabled=true",
+    "unpair nobody",
+)
+PRINTING = (
+    "config show --json",
+    "devices",
+    "doctor --json",
+    "echo battery --once",
+    "evaluate --bag BAG --camera world_left --out NEW",
+    "inspect BAG --json",
+    "latency --once --duration 1",
+    "topics --once",
+    *(f"{command} --help" for command in COMMANDS),
+    *("--help", "--print-completion bash"),
+)
+# Commands that wait for a receiver, which is not there.
+WAITING = (
+    "call start --name nobody",
+    "devices --name nobody",
+    "latency --name nobody",
+    "record NEW --attach --name nobody",
+    "set battery.enabled=true --name nobody",
+    "topics --name nobody",
+)
+both_signals = pytest.mark.parametrize(
+    "number", [signal.SIGINT, signal.SIGTERM], ids=lambda it: it.name
+)
 
 
 def publishing(device: MockDevice) -> AbstractContextManager[None]:
@@ -50,51 +102,153 @@ def publishing(device: MockDevice) -> AbstractContextManager[None]:
 
 
 @pytest.fixture(scope="module")
-def headset(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+def spare(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a receiver without a headset, beside one whose headset publishes."""
     config = tmp_path_factory.mktemp("shown") / "config.yaml"
     config.write_text(CONFIG)
-    with Receiver(config) as receiver, MockDevice(receiver.address, says_ping=True) as device:
+    with (
+        Receiver(config) as receiver,
+        Receiver(config, "--name", "spare") as spare,
+        MockDevice(receiver.address, says_ping=True) as device,
+    ):
         device.start()
         with publishing(device):
-            yield
+            yield spare.address
+
+
+@pytest.fixture
+def given(spare: str, bag: Path, tmp_path: Path) -> dict[str, str]:
+    """What words of the commands above stand for."""
+    return {"BAG": str(bag), "NEW": str(tmp_path / "new"), "SPARE": spare}
 
 
 @contextmanager
-def showing(words: tuple[str, ...], bag: Path, *program: str) -> Iterator[Child]:
-    ready = SHOWING[words]
-    named = [str(bag) if it == "BAG" else it for it in words]
-    with Child(*program, *named) as child:
-        while ready not in child.line():
-            pass
+def started(words: str, given: dict[str, str], *program: str) -> Iterator[Child]:
+    with Child(*program, *(given.get(it, it) for it in words.split())) as child:
         yield child
 
 
-def has_traceback(child: Child) -> bool:
-    return any("Traceback" in line for line in child.errors)
+def await_ready(child: Child, words: str) -> None:
+    if words.startswith("evaluate"):  # whose output is its result
+        child.await_error(LASTING[words])
+    else:
+        while LASTING[words] not in child.line():
+            pass
 
 
-@pytest.mark.usefixtures("headset")
-@pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("words", SHOWING, ids=" ".join)
-def test_a_signal_ends_it_cleanly(
-    words: tuple[str, ...], number: signal.Signals, bag: Path
+def assert_ends_in_time(child: Child, number: signal.Signals) -> int:
+    """Returns the exit code."""
+    began_s = time.monotonic()
+    code = child.end(number)
+    assert time.monotonic() - began_s < STOP_S + GRACE_S
+    assert not has_traceback(child.errors)
+    return code
+
+
+def has_traceback(lines: list[str]) -> bool:
+    return any("Traceback" in line for line in lines)
+
+
+def test_each_command_is_here_and_stops_within_5_s() -> None:
+    assert sorted({it.split()[0] for it in (*LASTING, *BRIEF)}) == COMMANDS
+    assert STOP_S < 5
+
+
+@both_signals
+@pytest.mark.parametrize("words", LASTING)
+def test_a_signal_ends_a_command_that_lasts(
+    words: str, number: signal.Signals, given: dict[str, str]
 ) -> None:
-    with showing(words, bag, "-m", "ml2_receiver") as child:
-        began_s = time.monotonic()
-        assert child.end(number) == 0
-        assert time.monotonic() - began_s < STOP_S + GRACE_S
-        assert not has_traceback(child)
+    with started(words, given, "-m", "ml2_receiver") as child:
+        await_ready(child, words)
+        assert assert_ends_in_time(child, number) == INCOMPLETE.get(words.split()[0], 0)
 
 
-@pytest.mark.usefixtures("headset")
-@pytest.mark.parametrize("words", SHOWING, ids=" ".join)
-def test_it_ends_when_nobody_reads_its_output_any_more(words: tuple[str, ...], bag: Path) -> None:
-    named = [str(bag) if it == "BAG" else it for it in words]
-    command = ["-m", "ml2_receiver", *named]
-    with Child("-c", UNREAD, SHOWING[words], *command) as child:
-        assert child.line() == "closed"
-        assert child.end(signal.SIGINT) in (0, 1, 141)  # 1 of rich, which sees it first
-        assert not has_traceback(child)
+# Its main thread hangs where it comes to work.
+MAIN_HANGS = """
+import sys, threading
+from ml2_receiver import cli
+
+def hang(frame, event, _):
+    file = frame.f_code.co_filename
+    if event == "call" and "/ml2_" in file and "/commands/" not in file and is_parsed:
+        sys.setprofile(None)
+        print("hangs", flush=True)
+        forever.acquire()
+
+def command_line(arguments, real=cli.command_line):
+    parser = real(arguments)
+    parsed = parser.parse_args(arguments)
+    parser.parse_args = lambda _: is_parsed.append(True) or parsed
+    return parser
+
+cli.command_line, is_parsed, forever = command_line, [], threading.Lock()
+forever.acquire()
+sys.setprofile(hang)
+sys.exit(cli.main())
+"""
+
+
+@both_signals
+@pytest.mark.parametrize("words", BRIEF)
+def test_a_signal_ends_a_command_whose_main_thread_hangs(
+    words: str, number: signal.Signals, given: dict[str, str]
+) -> None:
+    with started(words, given, "-c", MAIN_HANGS) as child:
+        while child.line() != "hangs":
+            pass
+        assert assert_ends_in_time(child, number) in (130, -signal.SIGTERM)
+
+
+# Each thread but the main one and that of signals hangs at its next call: once this is told to, or
+# from its beginning with the environment's HANG.
+THREADS_HANG = """
+import os, sys, threading
+from ml2_receiver.cli import main
+
+def hang(*_):
+    if threading.current_thread().name not in ("MainThread", "signals", "teller"):
+        if threading.current_thread() not in hung:
+            hung.add(threading.current_thread())
+            print("hangs", threading.current_thread().name, flush=True)
+        forever.acquire()
+
+def tell():
+    sys.stdin.readline()
+    threading.setprofile_all_threads(hang)
+
+forever, hung = threading.Lock(), set()
+forever.acquire()
+if "HANG" in os.environ:
+    threading.setprofile(hang)
+else:
+    threading.Thread(target=tell, name="teller", daemon=True).start()
+sys.exit(main())
+"""
+
+
+# echo has no other thread.
+@pytest.mark.parametrize("words", [it for it in LASTING if not it.startswith("echo")])
+def test_a_command_that_lasts_ends_whatever_thread_hangs(words: str, given: dict[str, str]) -> None:
+    with started(words, given, "-c", THREADS_HANG) as child:
+        await_ready(child, words)
+        assert child.process.stdin is not None
+        child.process.stdin.write("hang\n")
+        child.process.stdin.flush()
+        while not child.line().startswith("hangs"):
+            pass
+        assert assert_ends_in_time(child, signal.SIGTERM) in (0, 1, 2)
+
+
+@pytest.mark.parametrize("words", WAITING)
+def test_ctrl_c_ends_a_command_that_waits_whatever_thread_hangs(
+    words: str, given: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HANG", "1")
+    with started(words, given, "-c", THREADS_HANG) as child:
+        while not child.line().startswith("hangs"):
+            pass
+        assert assert_ends_in_time(child, signal.SIGINT) in (0, 130, 2)
 
 
 # Starts a command, reads its output until it is ready, closes the pipe and hands on a signal.
@@ -111,27 +265,37 @@ sys.exit(child.wait() % 256 if child.wait() >= 0 else 141)
 """
 
 
-@pytest.mark.usefixtures("headset")
-@pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("words", THREADED, ids=" ".join)
-def test_it_ends_whatever_hangs(words: tuple[str, ...], number: signal.Signals, bag: Path) -> None:
-    with showing(words, bag, "-c", HANGING) as child:
-        assert child.process.stdin is not None
-        child.process.stdin.write("hang\n")
-        child.process.stdin.flush()
-        while not child.line().startswith("hangs"):
-            pass
-        began_s = time.monotonic()
-        assert child.end(number) in (0, 2)
-        assert time.monotonic() - began_s < STOP_S + GRACE_S
+# evaluate says on standard error that it works.
+@pytest.mark.parametrize("words", [it for it in LASTING if not it.startswith("evaluate")])
+def test_a_command_that_lasts_ends_when_nobody_reads_its_output_any_more(
+    words: str, given: dict[str, str]
+) -> None:
+    named = [given.get(it, it) for it in words.split()]
+    with Child("-c", UNREAD, LASTING[words], "-m", "ml2_receiver", *named) as child:
+        assert child.line() == "closed"
+        # 1 of rich, which sees it first.
+        assert child.end(signal.SIGINT) in (0, INCOMPLETE.get(named[0], 0), 1, 141)
+        assert not has_traceback(child.errors)
 
 
-@pytest.mark.parametrize("number", SIGNALS)
-def test_a_signal_ends_what_plays(number: signal.Signals, bag: Path, receiver: Receiver) -> None:
-    words = ("play", str(bag), "--insecure", "--receiver", receiver.address, "--rate", "0.01")
-    with Child("-m", "ml2_receiver", *words) as child:
-        receiver.await_error("connected from")
-        began_s = time.monotonic()
-        assert child.end(number) in (0, 1)
-        assert time.monotonic() - began_s < STOP_S + GRACE_S
-        assert not has_traceback(child)
+@pytest.mark.parametrize("words", [*BRIEF, *PRINTING])
+def test_a_command_whose_output_nobody_reads_has_no_traceback(
+    words: str, given: dict[str, str]
+) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    run = subprocess.run(
+        [sys.executable, "-m", "ml2_receiver", *(given.get(it, it) for it in words.split())],
+        env=environment(),
+        stdin=subprocess.DEVNULL,
+        stdout=writing,
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=LIMIT_S,
+        check=False,
+    )
+    os.close(writing)
+    assert not has_traceback(run.stderr.splitlines())
+    assert "Error" not in run.stderr, run.stderr
+    # 0 of argparse, 1 of rich, which see it first; 2 of what fails before it prints.
+    assert run.returncode in (0, 1, 2, 141, -signal.SIGPIPE)

@@ -1,4 +1,4 @@
-"""Who may switch on eye cameras: the file and the start, and others only where these say so."""
+"""Parameters switch on eye cameras only if the configuration file or the start allows it."""
 
 from collections.abc import Mapping
 

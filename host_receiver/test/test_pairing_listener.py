@@ -1,10 +1,12 @@
 """Pairing over the wire, by a device that is played by hand."""
 
 import base64
+import errno
 import json
 import socket
 import ssl
 import struct
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
@@ -21,6 +23,7 @@ from ml2_receiver.pairing.pairing import Pairing
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import listen
+from test_viewing_connections import fail_to_accept
 from tls_device import Certificate, anonymous_context
 from waiting import LIMIT_S, await_true
 
@@ -264,3 +267,33 @@ def test_silent_connections_do_not_keep_a_device_of_another_machine_out(
         assert scene.pair()[0] == PAIRED
         with suppress(ConnectionError):
             assert held[0].recv(1) == b""
+
+
+@pytest.mark.parametrize("hosts", [["127.0.0.2"], [f"127.0.1.{it}" for it in range(1, 251)]])
+def test_a_flood_of_connections_is_bounded_before_the_handshake(
+    scene: PairingScene, hosts: list[str]
+) -> None:
+    threads = threading.active_count()
+    with ExitStack() as stack:
+        held = [
+            stack.enter_context(socket.create_connection(scene.address, 10, (host, 0)))
+            for host in hosts * (500 // len(hosts))
+        ]
+        # So many at a time, the newest of them; the others are closed without having said anything.
+        for connection in held[: -pairing_listener._CONNECTIONS]:
+            connection.settimeout(LIMIT_S)
+            with suppress(ConnectionError):
+                assert connection.recv(1) == b""
+        await_true(lambda: threading.active_count() <= threads + pairing_listener._CONNECTIONS)
+        assert scene.pair()[0] == PAIRED
+
+
+@pytest.mark.parametrize("number", [errno.EMFILE, errno.ECONNABORTED])
+def test_it_goes_on_accepting(
+    scene: PairingScene, number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failures = fail_to_accept(monkeypatch, number)
+    assert scene.pair()[0] == PAIRED  # by a call of accept() that had begun before
+    await_true(lambda: len(failures) == 3)
+    with scene.connect() as tls:
+        assert read(tls)[0] == CHALLENGE

@@ -1,4 +1,4 @@
-"""What a receiver writes of its wearer is nobody else's on this machine, whatever the umask is."""
+"""Other users of the machine can read neither recordings nor keys, whatever the umask is."""
 
 import os
 import stat

@@ -1,13 +1,10 @@
 import signal
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from ml2_receiver.stop_limit import STOP_S
 from ros_processes import Child, Client, Receiver, Subscriber
-from waiting import GRACE_S
 
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
 
@@ -71,66 +68,6 @@ def test_ctrl_c_ends_receivers_and_test_programs_of_a_background_job(config: Pat
         assert client.end() == -signal.SIGINT
         assert subscriber.end() == 0
         assert receiver.end() == 0
-
-
-# Once it is told to, each thread but the main one and that of signals hangs at its next call.
-HANGING = """
-import sys
-import threading
-from ml2_receiver.cli import main
-
-def hang(*_):
-    if threading.current_thread().name not in ("MainThread", "signals", "teller"):
-        if threading.current_thread() not in hung:
-            hung.add(threading.current_thread())
-            print("hangs", threading.current_thread().name, flush=True)
-        forever.acquire()
-
-def tell():
-    sys.stdin.readline()
-    threading.setprofile_all_threads(hang)
-
-forever, hung = threading.Lock(), set()
-forever.acquire()
-threading.Thread(target=tell, name="teller", daemon=True).start()
-sys.exit(main(sys.argv[1:]))
-"""
-LISTEN = ("--listen", "127.0.0.1:0", "--insecure")
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize(
-    ("words", "ready"),
-    [
-        (("run", *LISTEN), "listening on"),
-        (("record", "bag", *LISTEN), "listening on"),
-        (("record", "bag", *LISTEN, "--no-ros"), "listening on"),
-        (("products",), "ready"),
-        (("compat",), "ready"),
-        (("pair", "--listen", "127.0.0.1:0"), "ml2"),
-    ],
-    ids=lambda it: " ".join(it[:1]) if isinstance(it, tuple) else "",
-)
-def test_a_command_ends_whatever_hangs(
-    words: tuple[str, ...],
-    ready: str,
-    number: signal.Signals,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    pytest.importorskip("rclpy", reason="rclpy is not installed")
-    monkeypatch.chdir(tmp_path)
-    with Child("-c", HANGING, *words) as child:
-        while ready not in child.line():
-            pass
-        assert child.process.stdin is not None
-        child.process.stdin.write("hang\n")
-        child.process.stdin.flush()
-        while not child.line().startswith("hangs"):
-            pass
-        began_s = time.monotonic()
-        assert child.end(number) in (0, 2)
-        assert time.monotonic() - began_s < STOP_S + GRACE_S
 
 
 # The limit of the first stop passes while the command works on.

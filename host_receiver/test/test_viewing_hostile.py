@@ -1,4 +1,4 @@
-"""What a page of `ml2-receiver view` makes of messages and reports that nobody foresaw."""
+"""The page of `ml2-receiver view` goes on after malformed messages and reports."""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+from typing import NoReturn
 
 from ..stop_limit import STOP_LIMIT
 
@@ -16,6 +17,16 @@ def heed_interrupts() -> None:
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def limit_interrupts() -> None:
+    """As heed_interrupts(), and ends this process some seconds after SIGINT, whatever hangs."""
+    signal.signal(signal.SIGINT, _interrupt)
+
+
+def _interrupt(*_: object) -> NoReturn:
+    threading.Thread(target=STOP_LIMIT.enforce, name="signals", daemon=True).start()
+    raise KeyboardInterrupt
 
 
 def stop_signal() -> threading.Event:
@@ -41,7 +52,7 @@ def go_on() -> None:
     The event of stop_signal() stays set.
     """
     signal.set_wakeup_fd(-1)
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    limit_interrupts()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     STOP_LIMIT.reached()
 

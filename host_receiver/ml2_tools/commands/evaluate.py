@@ -119,6 +119,7 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
         return evaluate(sequence, options.camera, truth, _show_progress)
     with ros_needed():
         from ..evaluation.live import record_live
+    stopping = stop_signal()
     with TemporaryDirectory(prefix="ml2_evaluate_") as folder:
         print(f"recording {options.camera} until Ctrl-C", file=sys.stderr, flush=True)
         with Console(stderr=True).status("no images yet") as status:
@@ -126,7 +127,7 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
                 options.prefix,
                 options.camera,
                 Path(folder),
-                stop_signal(),
+                stopping,
                 lambda images: status.update(f"{images} images"),
             )
         go_on()
