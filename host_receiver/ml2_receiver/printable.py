@@ -1,16 +1,16 @@
-"""Text of others, made fit for terminals, tables and logs."""
+"""Makes text of peers and files safe for terminals, tables and logs."""
 
-# Of one text, whatever a file or a peer puts into it.
+# The limit of one text.
 MOST_CHARACTERS = 2000
 
 
 def printable(text: str, most: int = MOST_CHARACTERS, *, has_lines: bool = False) -> str:
-    """Returns the text with escapes for what moves a cursor or does more to a terminal.
+    """Returns the text with control and other unprintable characters escaped.
 
-    More than `most` characters are cut off, which `...` then says.
+    A text of more than `most` characters is cut, and then ends with `...`.
 
     Args:
-        has_lines: line breaks stay.
+        has_lines: True keeps line breaks.
     """
     if text.isprintable() and len(text) <= most:
         return text
@@ -22,7 +22,7 @@ def printable(text: str, most: int = MOST_CHARACTERS, *, has_lines: bool = False
 
 
 def markup(text: str, most: int = MOST_CHARACTERS) -> str:
-    """Returns printable(text) as markup of rich, which shows brackets as they are."""
-    from rich.markup import escape  # few who need printable() show tables
+    """Returns printable(text) with brackets escaped for rich."""
+    from rich.markup import escape  # the driver alone needs no rich
 
     return escape(printable(text, most))

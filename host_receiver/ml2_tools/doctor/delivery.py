@@ -1,4 +1,4 @@
-"""Judges by the rows of /diagnostics what was lost, and how late messages are."""
+"""Finds lost messages, and the topic with the worst latency, in the rows of /diagnostics."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from ..monitoring.topic_table import number_of
 from .findings import Finding, Level
 
-# One message lost may matter to who integrates an IMU, so that any loss is said. From this share of
-# a topic on, odometry and calibration fail, and recordings are not worth keeping.
+# Any loss is reported: a single message matters if an IMU is integrated. Odometry and calibration
+# fail if this share of a topic is lost.
 _WRONG_SHARE = 0.01
-# Three images at 30 Hz: from here on people see the delay, and controllers have to predict.
+# Three images at 30 Hz. People see such a delay, and controllers must predict.
 _LATE_MS = 100.0
-# No sensor takes as long: a queue is full somewhere, and what arrives is of the past.
+# No sensor takes as long, so a queue is full somewhere.
 _WRONG_MS = 1000.0
 _MOST_TOPICS, _MOST_REASONS = 5, 4
 _DROPPED = "dropped."
@@ -24,7 +24,7 @@ type Rows = Mapping[str, Mapping[str, str]]
 
 @dataclass(frozen=True)
 class _Topic:
-    """What became of the messages of one topic; `p99_ms` is None without any."""
+    """Counts of the messages of one topic, and their latency; None if it is not reported."""
 
     name: str
     received: int
@@ -39,12 +39,12 @@ class _Topic:
 
     @property
     def missing_share(self) -> float:
-        # What was not published was received before
+        # `received` includes messages that were not published.
         return self.missing / max(self.received + self.lost, 1)
 
 
 def delivery(rows: Rows) -> Iterator[Finding]:
-    """Yields what was lost, and the topic with the worst latency; nothing before any message."""
+    """Yields a finding for losses, and one for latency; neither before the first message."""
     topics = [_topic(name, values) for name, values in rows.items() if "stream" in values]
     if any(it.received or it.missing for it in topics):
         yield _losses(topics)
@@ -76,7 +76,7 @@ def _mending(topics: list[_Topic]) -> str:
         fixes.append("the receiver's log says why it could not publish some")
     if reasons:
         words = ", ".join(f"{n} {reason}" for reason, n in reasons.most_common(_MOST_REASONS))
-        fixes.append(f"the headset dropped {words}: what the link does not carry (row link, above)")
+        fixes.append(f"the headset dropped {words}: the link may be too slow (row link, above)")
     fixes.append("`ml2-receiver topics` shows whether it goes on; docs/diagnostics.md has reasons")
     return "; ".join(fixes)
 

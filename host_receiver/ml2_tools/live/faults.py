@@ -1,4 +1,4 @@
-"""What unforeseen messages and requests have done to a thread that must go on."""
+"""Counts messages and requests that a thread left out because they raised an error."""
 
 import sys
 import threading
@@ -21,7 +21,7 @@ class Faults:
         self._counts: Counter[str] = Counter()
 
     def add(self, what: str, error: Exception) -> None:
-        """Counts one more, such as a message of a topic, that an error has left out."""
+        """Counts what an error has left out; `what` names it, such as a message of a topic."""
         reason = printable(f"{what}: {type(error).__name__}: {error}", _MOST_CHARACTERS)
         with self._lock:
             if reason not in self._counts and len(self._counts) >= _MOST_REASONS:
