@@ -10,6 +10,12 @@
 
 static struct radial_factors radial;
 
+/** Where the runtime writes a capture. */
+struct target {
+    uint32_t slot; /**< ML2S_NO_SLOT: memory is spare, or a frame has the slot. */
+    ml2s_memory memory;
+};
+
 /** The pictures of one capture, by ml2s_plane_role. */
 struct pictures {
     struct picture of[ML2S_PLANE_COUNT];
@@ -77,16 +83,17 @@ static bool locate_plane(const struct picture *picture, const ml2s_memory *memor
     return true;
 }
 
-/** Describes the pictures where the runtime wrote them. Returns false unless all lie in the slot. */
-static bool describe_in_place(const struct pictures *pictures, uint32_t slot, const ml2s_memory *memory,
-                              ml2s_frame *frame) {
-    bool are_inside = slot != ML2S_NO_SLOT;
+/** Gives the frame the slot of target, if all pictures lie there. Returns false otherwise. */
+static bool take_in_place(const struct pictures *pictures, struct target *target, ml2s_frame *frame) {
+    bool are_inside = target->slot != ML2S_NO_SLOT;
     for (uint32_t role = 0; role < ML2S_PLANE_COUNT && are_inside; role++) {
-        are_inside = !pictures->is_wanted[role] || locate_plane(&pictures->of[role], memory, &frame->planes[role]);
+        are_inside =
+            !pictures->is_wanted[role] || locate_plane(&pictures->of[role], &target->memory, &frame->planes[role]);
     }
     if (are_inside) {
-        frame->slot = slot;
-        frame->data = memory->data;
+        frame->slot = target->slot;
+        frame->data = target->memory.data;
+        target->slot = ML2S_NO_SLOT;
     } else {
         memset(frame->planes, 0, sizeof frame->planes);
     }
@@ -119,14 +126,14 @@ static void read_pose(const struct pixel_sensor *sensor, ml2s_frame *frame) {
 }
 
 /**
- * Fills frame from data. If all pictures lie in memory, which is that of slot, the frame uses that slot. Otherwise they
- * are copied into another slot; if none is free, the frame is lost. Depth is converted to z along the optical axis, or
- * NaN, unless the settings ask for the radial distance. Returns ML2S_VENDOR_FAILURE, and a frame without slot, if a
- * picture does not match the mode or its own description. slot is ML2S_NO_SLOT if memory is no slot.
+ * Fills frame from data. If all pictures lie in the slot of target, it becomes the frame's. Otherwise they are copied
+ * into another slot; if none is free, the frame is lost. Depth is converted to z along the optical axis, or NaN, unless
+ * the settings ask for the radial distance. Returns ML2S_VENDOR_FAILURE, and a frame without slot, if a picture does
+ * not match the mode or its own description.
  */
 static ml2s_result read_frame(struct pixel_sensor *sensor, const XrPixelSensorDataML *data,
-                              const struct pixel_metadata *metadata, uint32_t slot, const ml2s_memory *memory,
-                              ml2s_frame *frame, ml2s_error *error) {
+                              const struct pixel_metadata *metadata, struct target *target, ml2s_frame *frame,
+                              ml2s_error *error) {
     frame_begin(frame, sensor->stream, sensor->mode.width, sensor->mode.height);
     frame->frame_number = sensor->frame_count;
     frame->device_nanos = data->captureTime;
@@ -137,8 +144,8 @@ static ml2s_result read_frame(struct pixel_sensor *sensor, const XrPixelSensorDa
         return result;
     }
     read_pose(sensor, frame);
-    if (!describe_in_place(&pictures, slot, memory, frame)) {
-        sensor->is_copied |= slot != ML2S_NO_SLOT;
+    if (!take_in_place(&pictures, target, frame)) {
+        sensor->is_copied |= target->slot != ML2S_NO_SLOT;
         copy(&pictures, sensor->buffer_bytes, frame);
     }
     if (sensor->mode.format == XR_PIXEL_SENSOR_JPEG_ML) {
@@ -152,27 +159,26 @@ static ml2s_result read_frame(struct pixel_sensor *sensor, const XrPixelSensorDa
 }
 
 /** Returns memory for the runtime to write to: a slot, or else spare memory. */
-static ml2s_result find_memory(struct pixel_sensor *sensor, uint32_t *slot, ml2s_memory *memory, ml2s_error *error) {
-    if (!sensor->is_copied && !ml2s_take(sensor->stream, sensor->buffer_bytes, slot, memory)) {
+static ml2s_result find_target(struct pixel_sensor *sensor, struct target *target, ml2s_error *error) {
+    if (!sensor->is_copied && !ml2s_take(sensor->stream, sensor->buffer_bytes, &target->slot, &target->memory)) {
         return ML2S_OK;
     }
-    *slot = ML2S_NO_SLOT;
     if (!sensor->spare.data) {
         sensor->spare = memory_map(sensor->buffer_bytes);
     }
-    *memory = sensor->spare;
-    return memory->data ? ML2S_OK
-                        : error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: cannot map %u bytes of memory",
-                                    sensor->mode.path, sensor->buffer_bytes);
+    *target = (struct target){ML2S_NO_SLOT, sensor->spare};
+    return sensor->spare.data ? ML2S_OK
+                              : error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: cannot map %u bytes of memory",
+                                          sensor->mode.path, sensor->buffer_bytes);
 }
 
-/** Reads the next frame. It uses slot if its pictures lie there. */
-static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, uint32_t slot, const ml2s_memory *memory,
+/** Reads the next frame. */
+static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct target *target,
                          struct frameset *set, ml2s_error *error) {
     struct pixel_metadata metadata;
     XrPixelSensorDataGetInfoML info = {XR_TYPE_PIXEL_SENSOR_DATA_GET_INFO_ML, NULL, sensor->mode.device_stream,
                                        sensor->last_capture, (XrDuration)timeout_nanos};
-    XrPixelSensorBufferML buffer = {XR_TYPE_PIXEL_SENSOR_BUFFER_ML, NULL, sensor->buffer_bytes, memory->data};
+    XrPixelSensorBufferML buffer = {XR_TYPE_PIXEL_SENSOR_BUFFER_ML, NULL, sensor->buffer_bytes, target->memory.data};
     XrPixelSensorDataML data = {.type = XR_TYPE_PIXEL_SENSOR_DATA_ML};
     pixel_metadata_chain(&metadata, sensor->metadata, &data);
     ml2s_result result = XR_CALL(error, pixel, xrGetPixelSensorDataML, sensor->sensor, &info, &buffer, &data);
@@ -182,29 +188,19 @@ static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, ui
     }
     sensor->last_capture = data.captureTime;
     sensor->frame_count++;
-    frameset_complete(set, frame, read_frame(sensor, &data, &metadata, slot, memory, frame, error));
+    frameset_complete(set, frame, read_frame(sensor, &data, &metadata, target, frame, error));
     return ML2S_OK;
-}
-
-static bool has(const struct frameset *set, uint32_t stream, uint32_t slot) {
-    bool has = false;
-    for (uint32_t i = 0; i < set->count; i++) {
-        has |= set->frames[i].stream == stream && set->frames[i].slot == slot;
-    }
-    return has;
 }
 
 ml2s_result pixel_frame_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct frameset *set,
                             ml2s_error *error) {
-    uint32_t slot;
-    ml2s_memory memory;
-    ml2s_result result = find_memory(sensor, &slot, &memory, error);
-    if (result) {
-        return result;
-    }
-    result = fetch(sensor, timeout_nanos, slot, &memory, set, error);
-    if (slot != ML2S_NO_SLOT && !has(set, sensor->stream, slot)) {
-        ml2s_release(sensor->stream, slot);
+    struct target target;
+    ml2s_result result = find_target(sensor, &target, error);
+    if (!result) {
+        result = fetch(sensor, timeout_nanos, &target, set, error);
+        if (target.slot != ML2S_NO_SLOT) {
+            ml2s_release(sensor->stream, target.slot);
+        }
     }
     return result;
 }
