@@ -1,0 +1,98 @@
+"""Which names of the ROS graph an app on the headset may use: none but those that a rule has.
+
+A rule is a resolved name such as `/robot/joint_states`. Its segments may be `*`, which stands for
+one segment, or `**`, for any number of them.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ..table.reader import load_table
+from .eye_cameras import is_eye_camera
+
+_LONGEST = 255  # of a topic's name in DDS
+_SEGMENT = re.compile(r"\*\*?|[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
+_PARAMETER_SERVICES = {
+    "describe_parameters",
+    "get_parameter_types",
+    "get_parameters",
+    "list_parameters",
+    "set_parameters",
+    "set_parameters_atomically",
+}
+
+
+@dataclass(frozen=True)
+class NameRules:
+    """Rules for one use of names. Raises ValueError for a text that is no rule."""
+
+    rules: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for rule in self.rules:
+            first, *segments = rule.split("/")
+            is_rule = not first and segments and all(map(_SEGMENT.fullmatch, segments))
+            if not is_rule or len(rule) > _LONGEST:
+                raise ValueError(
+                    "expected an absolute name such as /robot/scan, whose segments may be * and **,"
+                    f" of at most {_LONGEST} characters, found {rule!r}"
+                )
+
+    def allow(self, name: str) -> bool:
+        """Returns True if a rule has this resolved name.
+
+        A rule with `*` or `**` never has a private name: a hidden one, /rosout, a service for
+        parameters, or one of an eye camera.
+        """
+        if name in self.rules:
+            return "*" not in name
+        return not _is_private(name) and any(matches(rule, name) for rule in self.rules)
+
+
+@dataclass(frozen=True)
+class AppRules:
+    """What an app may do; without rules, nothing."""
+
+    subscribe: NameRules = NameRules()
+    publish: NameRules = NameRules()
+    call: NameRules = NameRules()
+    offer: NameRules = NameRules()
+
+    def of_subscriptions(self) -> "AppRules":
+        """Returns what is left where anybody in the network could be the app."""
+        return replace(AppRules(), subscribe=self.subscribe)
+
+
+def matches(rule: str, name: str) -> bool:
+    """Returns True if `name` is what `rule` stands for. Takes at most len(rule) * len(name)."""
+    return _match(rule.split("/"), name.split("/"))
+
+
+def _match(rule: Sequence[str], name: Sequence[str]) -> bool:
+    at = position = 0
+    # The last ** and where the segments that it stands for end: only these need another attempt.
+    star, end = -1, 0
+    while position < len(name):
+        if at < len(rule) and rule[at] == "**":
+            star, end = at, position
+            at += 1
+        elif at < len(rule) and rule[at] in ("*", name[position]):
+            at, position = at + 1, position + 1
+        elif star >= 0:
+            end += 1
+            at, position = star + 1, end
+        else:
+            return False
+    return all(it == "**" for it in rule[at:])
+
+
+def _is_private(name: str) -> bool:
+    segments = name.split("/")
+    eyes = {it.id for it in load_table().sections.values() if is_eye_camera(it)}
+    return (
+        name == "/rosout"
+        or any(it.startswith("_") for it in segments)
+        or segments[-1] in _PARAMETER_SERVICES
+        or not eyes.isdisjoint(segments)
+    )
