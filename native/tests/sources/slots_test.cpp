@@ -59,10 +59,11 @@ TEST(Slots, AStreamWithoutSlotsHasNoneToTakeAndNothingLatest) {
 TEST(Slots, EverySlotIsTakenOnceUntilItIsReleased) {
     const Slots slots(kStream);
     std::set<uint32_t> taken;
-    while (const auto slot = take()) {
-        EXPECT_TRUE(taken.insert(*slot).second);
+    for (uint32_t i = 0; i < ML2S_MAX_SLOTS; i++) {
+        const auto slot = take();
+        ASSERT_TRUE(slot && taken.insert(*slot).second) << i;
     }
-    EXPECT_EQ(taken.size(), size_t{ML2S_MAX_SLOTS});
+    EXPECT_FALSE(take());
     EXPECT_EQ(ml2s_release(kStream, 1), ML2S_OK);
     EXPECT_EQ(take(), 1u);
     for (const auto slot : taken) {
