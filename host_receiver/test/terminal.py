@@ -5,6 +5,7 @@ import pty
 import re
 import subprocess
 import sys
+import termios
 from contextlib import suppress
 from types import TracebackType
 from typing import Self
@@ -14,11 +15,17 @@ from ros_processes import environment
 _COLOURS = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
 
 
+def plain(shown: bytes) -> str:
+    """What was shown, without its colours."""
+    return _COLOURS.sub(b"", shown).decode()
+
+
 class OnTerminal:
-    """`ml2-receiver` with these arguments; killed when left."""
+    """`ml2-receiver` with these arguments, on 80 columns; killed when left."""
 
     def __init__(self, *arguments: str) -> None:
         self._terminal, inner = pty.openpty()
+        termios.tcsetwinsize(inner, (40, 80))
         self.process = subprocess.Popen(
             ["setsid", "--ctty", sys.executable, "-m", "ml2_receiver", *arguments],
             stdin=inner,
@@ -42,7 +49,10 @@ class OnTerminal:
         """Waits until what is shown from now on, without its colours, has this; returns all."""
         shown = b""
         while not re.search(pattern, _COLOURS.sub(b"", shown)):
-            shown += os.read(self._terminal, 1024)
+            try:
+                shown += os.read(self._terminal, 1024)
+            except OSError as error:  # the terminal ends with the process
+                raise AssertionError(f"expected {pattern!r}, found {plain(shown)!r}") from error
         return shown
 
     def press(self, keys: bytes) -> None:

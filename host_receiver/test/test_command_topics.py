@@ -9,6 +9,7 @@ import pytest
 from ml2_receiver.wire.messages import StreamStatus
 from mock_device import MockDevice
 from ros_processes import Child, Receiver
+from terminal import OnTerminal, plain
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -59,6 +60,19 @@ def test_the_table_has_an_expected_rate_or_as_delivered(device: MockDevice) -> N
     assert rows[BATTERY].rstrip().endswith(waiting)
     # On a busy machine the camera may be silent by then
     assert re.search(rf"({waiting}|silent: nothing has come for \d+ s,.*)\s*$", rows[IMAGE])
+
+
+def test_80_columns_have_rate_losses_and_latency(device: MockDevice) -> None:
+    device.exchange_time(1)
+    for skip in (0, 2):
+        device.publish("battery", skip=skip)
+    device.publish("world_left/image_raw")
+    with OnTerminal("topics", "--once") as child:
+        head = r"topics under /magic_leap2/.*Hz +lost +ms +ms +state"
+        whole = r"\n  world_left/image_raw +[\d.]+ +30 +0 +[\d.]+ +[\d.]+ +✓ "
+        lossy = r"\n  battery +[\d.]+ +as delivered +2 +[\d.]+ +[\d.]+ +lost "
+        shown = child.await_shown(f"(?s){head}.*{whole}.*{lossy}".encode())
+    assert max(len(it.rstrip()) for it in plain(shown).splitlines()) <= 80
 
 
 def line_with(child: Child, words: str) -> str:

@@ -43,9 +43,10 @@ def test_errors_say_nothing_to_a_terminal() -> None:
 @pytest.mark.parametrize("name", ["Lab [/x]", "[bold", "[link=https://example.com]here[/link]"])
 def test_a_headset_may_have_any_printable_name(name: str) -> None:
     topic = {"type": "a", "stream": "b", "message": f"of {name}", "gaps": "0", "unpublished": "0"}
-    table = topic_table({"session": {"message": f"connected to {name}"}, f"/x/{name}": topic})
     output = io.StringIO()
-    Console(file=output, width=200).print(table)
+    console = Console(file=output, width=200)
+    rows = {"session": {"message": f"connected to {name}"}, f"/x/{name}": topic}
+    console.print(topic_table(rows, console))
     assert f"connected to {name}" in output.getvalue()
     assert f"/x/{name}" in output.getvalue()
     assert f"of {name}" in output.getvalue()
@@ -87,10 +88,11 @@ def shown(table: Any) -> str:
 def test_tables_show_names_of_recordings_and_of_other_nodes_as_text() -> None:
     check = Check(HOSTILE_NAME, "messages", "wrong", HOSTILE_NAME, {"messages": 1})
     topic = {"type": "a", "stream": HOSTILE_NAME, "message": HOSTILE_NAME}
+    rows = {"session": {"message": HOSTILE_NAME}, HOSTILE_NAME: topic}
     said = [
         shown(integrity_table([check])),
         *map(shown, problems([check])),
-        shown(topic_table({"session": {"message": HOSTILE_NAME}, HOSTILE_NAME: topic})),
+        shown(topic_table(rows, Console(width=80))),
         shown(latency_table({HOSTILE_NAME: (HOSTILE_NAME, None)}, 1)),
     ]
     for it in said:

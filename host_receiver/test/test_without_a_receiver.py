@@ -7,6 +7,7 @@ import pytest
 
 from ml2_tools.commands import call, devices, latency, record_attached, topics, view
 from refusals import refusal
+from terminal import OnTerminal
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -33,3 +34,11 @@ def test_without_a_receiver_it_says_what_to_start(
     assert error.startswith("no receiver in ")
     assert hint.startswith("hint: Start `ml2-receiver run`")
     assert not list(tmp_path.iterdir()), "nothing is recorded"
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("words", ["devices", "topics", "set battery.enabled=true"])
+def test_a_terminal_shows_at_once_who_is_looked_for_and_for_how_long(words: str) -> None:
+    with OnTerminal(*words.split(), "--name", "desk") as child:
+        child.await_shown(rb"looking for the receiver desk in ROS domain \d+, for up to 10 s")
+        assert child.process.poll() is None, "it looks after it has said so"

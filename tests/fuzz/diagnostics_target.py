@@ -4,6 +4,8 @@ import json
 from collections.abc import Iterator
 from typing import NoReturn
 
+from rich.console import Console
+
 from ml2_receiver.json_text import json_text
 from ml2_receiver.table.reader import load_table
 from ml2_tools.doctor.devices import read_device
@@ -34,7 +36,7 @@ def read(data: bytes) -> None:
     state = state_of(rows, dict.fromkeys(rows, 1), {}, "")
     for value in (state, topic_figures(rows), clock_uncertainty_ms(rows)):
         json.loads(json_text(value), parse_constant=_refuse)
-    topic_table(rows)
+    topic_table(rows, Console(width=80))
     received_mbit_per_s(rows)
     read_device(rows, _TABLE)
     Scene("").topics(rows, {"world_left"})

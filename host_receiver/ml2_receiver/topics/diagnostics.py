@@ -17,6 +17,7 @@ from .judgement import Judge, expected_hz, judgement_values
 
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
+ALL_ARRIVED, LOST = "all that was produced arrived", "lost messages"
 # From this state on, Android slows the headset down noticeably.
 _HOT = {"severe", "critical", "emergency", "shutdown"}
 
@@ -122,9 +123,9 @@ def _in_words(topic: TopicReport, judgement: Judgement, gaps: int) -> tuple[Leve
         words = in_words(topic.topic.stream, judgement)
         return Level.ERROR if is_error else Level.WARN, words
     if dropped or gaps or topic.statistics.unpublished:
-        return Level.WARN, f"lost messages: {max(dropped, gaps)}"
+        return Level.WARN, f"{LOST}: {max(dropped, gaps)}"
     is_running = judgement.state == "running"
-    return Level.OK, "all that was produced arrived" if is_running else judgement.text
+    return Level.OK, ALL_ARRIVED if is_running else judgement.text
 
 
 def _gaps(topic: TopicReport, report: Report) -> int:

@@ -16,7 +16,7 @@ from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.adaptation import LOWERED
 
 from ..doctor.devices import Device, read_device
-from .live import PATIENCE_S, diagnostics_node
+from .live import PATIENCE_S, found_receiver
 
 _EPILOG = """\
 A headset connects to a receiver, so this asks the one that runs in this ROS domain; --paired reads
@@ -52,7 +52,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.paired:
         _show_paired(PairedDevices(options.keys).load(), is_json=options.json)
         return 0
-    with diagnostics_node() as node:
+    with found_receiver(options.name, PATIENCE_S) as node:
         device = read_device(node.rows(options.name, PATIENCE_S), load_table())
     if options.json:
         print(json_text(None if device is None else dataclasses.asdict(device), indent=2))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
 from typing import TYPE_CHECKING
 
 from ml2_receiver.commands.ros_start import ros_needed
-from ml2_receiver.printable import printable
+from ml2_receiver.printable import markup, printable
 
 if TYPE_CHECKING:
     from ..live.diagnostics_node import DiagnosticsNode
@@ -35,6 +36,30 @@ def diagnostics_node() -> Iterator[DiagnosticsNode]:
 
 
 @contextmanager
+def found_receiver(receiver: str, timeout_s: float) -> Iterator[DiagnosticsNode]:
+    """A node that has heard of a receiver. Until it has, a terminal shows that it looks for it.
+
+    Raises:
+        RosError: ROS is missing or does not start, or there is no such receiver.
+    """
+    with ExitStack() as stack:
+        with _looking(receiver, timeout_s):  # at once: ROS takes a second to start
+            node = stack.enter_context(diagnostics_node())
+            node.rows(receiver, timeout_s)
+        yield node
+
+
+def _looking(receiver: str, timeout_s: float) -> AbstractContextManager[object]:
+    """Says whom a command looks for, and for how long, until left; not without a terminal."""
+    from rich.console import Console  # not needed by --help
+
+    domain = os.environ.get("ROS_DOMAIN_ID", "0")
+    named = f"the receiver {receiver}" if receiver else "a receiver"
+    words = f"looking for {named} in ROS domain {domain}, for up to {timeout_s:g} s"
+    return Console(stderr=True).status(markup(words))
+
+
+@contextmanager
 def receiver_client(
     receiver: str, timeout_s: float, services: Iterable[str] = ()
 ) -> Iterator[tuple[DiagnosticsNode, ReceiverClient]]:
@@ -43,7 +68,7 @@ def receiver_client(
     Raises:
         RosError: ROS is missing or does not start, or there is no such receiver.
     """
-    with diagnostics_node() as node:
+    with found_receiver(receiver, timeout_s) as node:
         from ..live.receiver_client import ReceiverClient
 
         name = node.node_name(receiver, timeout_s)

@@ -11,7 +11,7 @@ from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.json_text import json_text
 
 from ..monitoring.topic_table import topic_figures, topic_table
-from .live import PATIENCE_S, diagnostics_node
+from .live import PATIENCE_S, found_receiver
 
 _REDRAW_S = 0.5
 _WIDTH = 150
@@ -44,15 +44,16 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     console = Console(width=None if sys.stdout.isatty() else _WIDTH)
-    with diagnostics_node() as node:
+    with found_receiver(options.name, PATIENCE_S) as node:
         rows = node.rows(options.name, PATIENCE_S)
         if options.json:
             print(json_text(topic_figures(rows), indent=2))
         elif options.once:
-            console.print(topic_table(rows))
+            console.print(topic_table(rows, console))
         else:
             print("watching until Ctrl-C", flush=True)
-            with Live(topic_table(rows), console=console, auto_refresh=False) as live:
+            with Live(topic_table(rows, console), console=console, auto_refresh=False) as live:
                 while not stopping.wait(_REDRAW_S):
-                    live.update(topic_table(node.rows(options.name, PATIENCE_S)), refresh=True)
+                    rows = node.rows(options.name, PATIENCE_S)
+                    live.update(topic_table(rows, console), refresh=True)
     return 0

@@ -1,13 +1,17 @@
 """Shows the topics in /diagnostics as a table and as objects for JSON."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from posixpath import commonpath, dirname
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 
 from ml2_receiver.printable import markup
+from ml2_receiver.topics.diagnostics import ALL_ARRIVED, LOST
 from ml2_receiver.topics.judgement import read_judgements
 
 type Rows = Mapping[str, Mapping[str, str]]
@@ -22,6 +26,9 @@ _NUMBERS = {
     "latency_p99_ms": "p99\nms",
     "subscribers": "subscribers",
 }
+# What a narrow table leaves out, the first first.
+_LESS = ("subscribers", "mbit_per_s", "received", "expected_hz")
+_LONGEST_NAME, _LEAST_STATE, _ANY_WIDTH = 38, 9, 1000
 _LARGEST_CELL = 1e15
 _UNKNOWN = {"expected_hz": "as delivered"}
 
@@ -46,17 +53,38 @@ def topic_figures(rows: Rows) -> list[dict[str, Any]]:
     ]
 
 
-def topic_table(rows: Rows) -> Table:
-    """Returns a table with a row per topic."""
+def topic_table(rows: Rows, console: Console) -> Table:
+    """Returns a table with a row per topic, as wide as the console.
+
+    A narrow one leaves out the common beginning of the names, and then numbers that matter less.
+    """
+    figures = topic_figures(rows)
+    folders = {dirname(it["topic"]) for it in figures if it["topic"].startswith("/")} - {"/"}
+    prefix = f"{commonpath(folders)}/" if folders else ""
     state = rows.get("session", {}).get("message", "")
-    table = Table(title=markup(state), title_justify="left", box=SIMPLE_HEAD)
-    table.add_column("topic", no_wrap=True)
-    for heading in _NUMBERS.values():
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("state")
-    for topic in topic_figures(rows):
-        cells = (_cell(topic[key], _UNKNOWN.get(key, "-")) for key in _NUMBERS)
-        table.add_row(markup(topic["topic"]), *cells, markup(topic["state"]))
+    narrow = f"{state}; topics under {prefix}" if prefix.strip("/") else state
+    table = _table(figures, state, "", tuple(_NUMBERS))
+    any_width = console.options.update(max_width=_ANY_WIDTH)
+    for count in range(len(_LESS) + 1):
+        if Measurement.get(console, any_width, table).minimum <= console.width:
+            break
+        numbers = tuple(it for it in _NUMBERS if it not in _LESS[:count])
+        table = _table(figures, narrow, prefix, numbers)
+    return table
+
+
+def _table(figures: list[dict[str, Any]], title: str, prefix: str, numbers: Sequence[str]) -> Table:
+    table = Table(title=markup(title), title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("topic", no_wrap=True, max_width=_LONGEST_NAME if prefix else None)
+    for key in numbers:
+        table.add_column(_NUMBERS[key], justify="right", no_wrap=True)
+    table.add_column("state", min_width=_LEAST_STATE)
+    for topic in figures:
+        cells = (_cell(topic[key], _UNKNOWN.get(key, "-")) for key in numbers)
+        words = "✓" if topic["state"] == ALL_ARRIVED else markup(topic["state"])
+        if prefix and words.startswith(LOST):
+            words = LOST.partition(" ")[0]  # the column says how many
+        table.add_row(markup(topic["topic"].removeprefix(prefix)), *cells, words)
     return table
 
 
