@@ -4,9 +4,12 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+
 from fake_sink import FakeSink
 from ml2_receiver.errors import ListenError
 from ml2_receiver.session.report import State
@@ -25,6 +28,7 @@ from waiting import LIMIT_S
 
 IMAGE = "world_left/image_raw"
 INFO = "world_left/camera_info"
+CS6 = 0xC0  # RFC 2474
 
 
 def serve(sink: FakeSink, limits: Limits, *, is_paused: bool = False) -> Server:
@@ -50,6 +54,23 @@ def server(sink: FakeSink) -> Iterator[Server]:
     server = serve(sink, Limits())
     yield server
     server.stop()
+
+
+def mark_of(client: socket.socket) -> int:
+    """The type of service with which this process sends to a client that is in it, too."""
+    for fd in Path("/proc/self/fd").iterdir():
+        with suppress(OSError), socket.socket(fileno=os.dup(int(fd.name))) as other:
+            if other.getpeername() == client.getsockname():
+                return other.getsockopt(socket.IPPROTO_IP, socket.IP_TOS)
+    raise AssertionError("nobody sends to it")
+
+
+def test_what_is_urgent_is_marked_towards_the_headset_too(server: Server) -> None:
+    with MockDevice(server.address) as device:
+        device.start()
+        marks = {lane: mark_of(wire.socket) for lane, wire in device.wires.items()}
+    assert marks.pop("world_left") == 0
+    assert marks == dict.fromkeys(("control", "time", "sensors"), CS6)
 
 
 def payload(length: int) -> bytes:

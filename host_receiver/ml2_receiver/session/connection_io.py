@@ -15,6 +15,7 @@ from .actions import Ending
 from .connection import Connection
 
 _SMALL_FRAMES_BYTES = 64 * 1024
+_URGENT = LaneKind.CONTROL | LaneKind.TIME | LaneKind.SENSORS
 _TIME = struct.Struct("<q")
 _TIMES = struct.Struct("<qqq")
 
@@ -66,6 +67,8 @@ class ConnectionIO:
         """Sends a frame as write() does; WELCOME and JOINED open the connection's lane."""
         if kind in (Kind.WELCOME, Kind.JOINED) and self.connection.lane is not None:
             self.parser.lane = LaneKind.of(self.connection.lane)
+            if self.parser.lane in _URGENT:
+                self.transport.mark_urgent()
         body_bytes = body.to_bytes() if body else b""
         self.write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
 

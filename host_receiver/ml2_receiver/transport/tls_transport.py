@@ -10,6 +10,7 @@ from ..errors import ErrorCode, ProtocolError
 from ..security.contexts import ALPN
 from ..security.fingerprint import fingerprint
 from ..wire.frame import MAGIC
+from .transport import mark_urgent
 
 _MAGIC_BYTE = bytes([MAGIC & 0xFF])
 _SCRATCH_BYTES = 64 * 1024
@@ -60,6 +61,9 @@ class TlsTransport:
 
     def _first_byte(self) -> bytes:
         return _peek(self._tls, 1, socket.MSG_PEEK)
+
+    def mark_urgent(self) -> None:
+        mark_urgent(self._tls)
 
     def set_timeout(self, seconds: float) -> None:
         self._timeout_ms = seconds * 1000

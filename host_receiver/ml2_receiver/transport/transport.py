@@ -5,6 +5,8 @@ from contextlib import suppress
 from typing import Protocol
 
 _SCRATCH_BYTES = 64 * 1024
+# DSCP 48 in the upper six bits, RFC 2474: as the headset marks the same connections.
+_CS6 = 48 << 2
 
 
 class Transport(Protocol):
@@ -23,6 +25,9 @@ class Transport(Protocol):
         Raises:
             ProtocolError: `pairing`; the handshake failed.
         """
+
+    def mark_urgent(self) -> None:
+        """Marks what is sent from now on DSCP CS6, so that Wi-Fi sends it before other data."""
 
     def set_timeout(self, seconds: float) -> None:
         """Sets how long receive() and send_all() may wait; call it after handshake().
@@ -58,6 +63,14 @@ class Transport(Protocol):
         """Closes the socket."""
 
 
+def mark_urgent(connected: socket.socket) -> None:
+    """Marks what the socket sends, as Transport.mark_urgent()."""
+    with suppress(OSError):  # the peer may have disconnected, which the reader thread will notice
+        if connected.family == socket.AF_INET6:
+            connected.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_TCLASS, _CS6)
+        connected.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, _CS6)
+
+
 class PlainTransport:
     """A Transport without TLS."""
 
@@ -66,6 +79,9 @@ class PlainTransport:
 
     def handshake(self) -> None:
         """Does nothing: any peer is accepted."""
+
+    def mark_urgent(self) -> None:
+        mark_urgent(self._socket)
 
     def set_timeout(self, seconds: float) -> None:
         self._socket.settimeout(seconds)
