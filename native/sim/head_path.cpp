@@ -31,7 +31,7 @@ uint64_t seed() { return static_cast<uint64_t>(number(Key::Seed)); }
 } // namespace
 
 HeadPath::HeadPath(Trajectory trajectory, bool isLoop, std::string inputs)
-    : trajectory_(std::move(trajectory)), isLoop_(isLoop),
+    : trajectory_(std::move(trajectory)), isLoop_(isLoop), isStill_(isOn(Key::StillImages)),
       loopNanos_(std::llround(trajectory_.durationSeconds()) * kSecond), inputs_(std::move(inputs)),
       start_(kNotStarted) {}
 
@@ -75,6 +75,8 @@ void HeadPath::start() {
 }
 
 size_t HeadPath::frameCount(uint32_t rate_hz) const {
+    if (isStill_)
+        return 1;
     if (isLoop_)
         return static_cast<size_t>(loopNanos_ / kSecond) * rate_hz;
     return static_cast<size_t>(std::ceil(trajectory_.durationSeconds() * rate_hz)) + 1;
@@ -82,7 +84,7 @@ size_t HeadPath::frameCount(uint32_t rate_hz) const {
 
 size_t HeadPath::frameIndex(int64_t index, uint32_t rate_hz) const {
     const auto count = static_cast<int64_t>(frameCount(rate_hz));
-    if (isLoop_)
+    if (isLoop_ || isStill_)
         return static_cast<size_t>(index % count);
     const int64_t start = start_;
     if (start == kNotStarted)

@@ -30,7 +30,7 @@ class HeadPath {
     /** Starts a path that does not loop at the next whole second. Later calls have no effect. */
     void start();
 
-    /** Returns the number of frames that a camera captures along the path. */
+    /** Returns the number of frames that a camera shows along the path. */
     size_t frameCount(uint32_t rate_hz) const;
     /** Returns which of these frames capture number `index` of a camera shows. */
     size_t frameIndex(int64_t index, uint32_t rate_hz) const;
@@ -48,6 +48,7 @@ class HeadPath {
 
     Trajectory trajectory_;
     bool isLoop_;
+    bool isStill_;
     int64_t loopNanos_;
     std::string inputs_;
     std::atomic<int64_t> start_;

@@ -16,6 +16,7 @@ std::vector<Row> plainRows() {
          true},
         {"loop_seconds", Kind::Whole, 4, 2, 600, "period of the head's path and of all rendered frames in seconds",
          true},
+        {"still_images", Kind::Whole, 0, 0, 1, "1: each camera draws one frame and repeats it; poses go on", true},
         {"trajectory", Kind::Text, 0, 0, 0, "path of a TUM file for the head's path instead of the seed's; empty: none",
          true},
         {"tangential", Kind::Real, 1e-4, -0.01, 0.01, "p1 and p2 of the world cameras", true},

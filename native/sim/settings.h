@@ -11,6 +11,7 @@ namespace ml2sim {
 enum class Key {
     Seed,
     LoopSeconds,
+    StillImages,
     Trajectory,
     Tangential,
     ImageNoise,

@@ -22,7 +22,7 @@ from typing import Any
 
 from load_run import Loaded, draw_images, load_run
 from processes import ROOT, paired
-from simulation import raw_config
+from simulation import STILL, raw_config
 
 RESULTS = ROOT / "build" / "bench"
 NAMES = ("robot1", "robot2", "robot3", "robot4")
@@ -52,7 +52,8 @@ def main(duration_s: float) -> None:
         _write("full_load_recorded", _summary(loaded) | {"recorded_mb_per_s": rate})
         config = folder / "one_camera.yaml"
         config.write_text(ONE_CAMERA)
-        each = load_run(config, logs, duration_s / 4, NAMES, "test-signal")
+        draw_images(config, logs, STILL)
+        each = load_run(config, logs, duration_s / 4, NAMES, headset_options=STILL)
         results = {name: _summary(it) for name, it in zip(NAMES, each, strict=True)}
         _write("four_headsets", results)
 

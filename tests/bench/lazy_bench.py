@@ -1,6 +1,6 @@
 """Measures how fast a paused stream resumes, from a new subscription to its first image.
 
-The simulated headset's test signals run at 30 Hz, so up to 33 ms of each time are the wait for the
+The simulated camera runs at 30 Hz, so up to 33 ms of each time are the wait for the
 next capture. Writes build/bench/lazy_resume.json.
 """
 
@@ -50,12 +50,13 @@ def main() -> None:
         assert receiver.stdout is not None
         address = receiver.stdout.readline().split()[-1]
         headset = str(ROOT / "ml2-sensors-aar/simulator/ml2-headset")
-        send = [headset, "--insecure", "--receiver", address, "--source", "test-signal"]
+        still = ["--simulate", "still_images=1"]
+        send = [headset, "--insecure", "--receiver", address, *still]
         stack.callback(subprocess.Popen(send).terminate)
         rclpy.init()
         stack.callback(rclpy.shutdown)
         node = rclpy.create_node("lazy_bench")
-        await_image(node)  # the headset draws its test signals before the first image
+        await_image(node)  # the headset draws its scene before the first image
         times_ms = []
         for _ in range(REPETITIONS):
             time.sleep(_PAUSE_S)

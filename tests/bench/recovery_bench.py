@@ -89,7 +89,7 @@ class Bench:
         return process(command, self._environment, self._folder / "receiver.log")
 
     def headset(self, receiver: str = NAME) -> contextlib.AbstractContextManager[Child]:
-        command = headset_command(receiver, "--source", "test-signal")
+        command = headset_command(receiver)
         return process(command, self._environment, self._folder / "headset.log")
 
 

@@ -168,7 +168,6 @@ def load_run(
     folder: Path,
     duration_s: float,
     names: tuple[str, ...] = ("",),
-    source: str = "simulated",
     record: Path | None = None,
     security: Security = PLAINTEXT,
     headset_options: tuple[str, ...] = (),
@@ -185,7 +184,6 @@ def load_run(
         java_options: more options of their Java.
         link: makes the proxy between headset and receiver, from the receiver's address.
         on_snapshot: is called about once per second with a subscriber's snapshot.
-        source: the headsets' option --source.
         hosts: that of receiver and subscriber, and that of the headset.
         record: the folder for a recording of the only receiver, or None.
     """
@@ -200,10 +198,7 @@ def load_run(
                 config,
                 folder / (name or "one"),
                 name,
-                (
-                    *("--duration", f"{duration_s}", "--seed", f"{seed}", "--source", source),
-                    *headset_options,
-                ),
+                ("--duration", f"{duration_s}", "--seed", f"{seed}", *headset_options),
                 record,
                 security,
                 link,

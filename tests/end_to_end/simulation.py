@@ -10,6 +10,8 @@ from processes import ROOT
 
 CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
 EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
+# Options of a headset whose cameras draw one image each, for tests that do not look at images
+STILL = ("--simulate", "still_images=1")
 # The smallest pictures of the colour camera
 SMALL = {"resolution_width": 640, "resolution_height": 480}
 _OTHER_IMAGES = ("picture_center", "depth_center", "world_center", "world_right", *EYES)

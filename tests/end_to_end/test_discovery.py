@@ -56,7 +56,7 @@ def test_a_headset_finds_a_receiver_by_name_also_at_a_new_address(tmp_path: Path
         chosen = start(process(runs["chosen"], environment, logs["chosen"]))
         name = announced(listening_address(chosen)).name
         assert name == names["chosen"]
-        command = headset_command(name, "--source", "test-signal")
+        command = headset_command(name)
         headset = start(process(command, environment | ON_LOOPBACK, logs["headset"]))
         line_with(headset, "connected to")
         chosen.terminate()

@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 
 from counters import assert_counters_agree
-from processes import RECEIVER, Received, headset_command
+from processes import RECEIVER, Received, draw_images, headset_command
 from proxy import Proxy
+from simulation import STILL
 from waiting import LIMIT_S
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
@@ -31,10 +32,11 @@ def measured(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], R
     """Returns doctor's finding on a link, and all messages before, during and after its test."""
     config = folder / "config.yaml"
     config.write_text(CONFIG)
+    draw_images(config, STILL, folder)
     with contextlib.ExitStack() as stack:
         waiting = stack.enter_context(waiting_receiver(config, folder))
         proxy = stack.enter_context(Proxy(waiting.address, bytes_per_s))
-        command = headset_command(proxy.address, "--source", "test-signal")
+        command = headset_command(proxy.address, *STILL)
         headset = stack.enter_context(waiting.started("headset", command))
         waiting.await_seconds(1)
         found = doctor(waiting)

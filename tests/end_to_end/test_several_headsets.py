@@ -9,6 +9,7 @@ import pytest
 from processes import (
     PREFIX,
     Received,
+    draw_images,
     headset_command,
     isolated_environment,
     lines,
@@ -18,6 +19,7 @@ from processes import (
     result,
     subscribing,
 )
+from simulation import STILL
 
 NAMES = ["robot1", "robot2", "robot3", "robot4"]
 CONFIG = """
@@ -33,20 +35,18 @@ def received(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Received]:
     folder = tmp_path_factory.mktemp("several")
     config = folder / "config.yaml"
     config.write_text(CONFIG)
+    draw_images(config, STILL, folder)
     environment = isolated_environment()
     found = {}
     with contextlib.ExitStack() as stack:
         subscribers = {}
-        for seed, name in enumerate(NAMES):
+        for name in NAMES:
             logs = folder / name
             logs.mkdir()
             command = receive_command(config, "127.0.0.1:0", "--start-paused", "--name", name)
             receiver = stack.enter_context(process(command, environment, logs / "receiver.log"))
             subscribers[name] = stack.enter_context(subscribing(environment, logs, name))
-            headset = headset_command(
-                listening_address(receiver),
-                *("--source", "test-signal", "--seed", f"{seed}", "--duration", "3"),
-            )
+            headset = headset_command(listening_address(receiver), *STILL, "--duration", "3")
             stack.enter_context(process(headset, environment, logs / "headset.log"))
         for name, subscriber in subscribers.items():
             for _ in lines(subscriber):

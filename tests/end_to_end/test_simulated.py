@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 import signal
@@ -15,6 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
+from counters import assert_counters_agree
 from full_load import FullLoad
 from processes import (
     PREFIX,
@@ -32,6 +34,7 @@ from simulation import CAMERAS, EYES, image_topic, raw_config
 from waiting import LIMIT_S
 
 THESIS_CONFIG = ROOT / "host_receiver" / "test" / "data" / "thesis_config.yaml"
+UPTIME = f"{PREFIX}/custom/app_uptime"
 OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
 
 
@@ -44,7 +47,7 @@ def test_every_sensor_arrives(received: Received) -> None:
 
 
 def test_there_are_no_custom_topics_unless_the_user_enables_them(received: Received) -> None:
-    assert f"{PREFIX}/custom/app_uptime" not in received.graph
+    assert UPTIME not in received.graph
     assert "custom" not in received.snapshot["streams"]
 
 
@@ -169,12 +172,13 @@ def variant(tmp_path_factory: pytest.TempPathFactory) -> Received:
         "    picture_center: {enabled: true, stream: 1, resolution_width: 648, "
         "resolution_height: 720, update_rate: 30, format: jpeg}\n"
         "    depth_center: {enabled: true, stream: 0, update_rate: 5, format: DepthRaw}\n"
+        "    custom: {enabled: true}\n"
     )
     return receive(config, ["--duration", "2"], folder)
 
 
 def test_mixed_reality_and_raw_depth_replace_color_and_depth(variant: Received) -> None:
-    expected = {f"{PREFIX}/{topic}" for topic in (*MIXED_REALITY, *INFRA)} | {"/tf"}
+    expected = {f"{PREFIX}/{topic}" for topic in (*MIXED_REALITY, *INFRA)} | {"/tf", UPTIME}
     assert variant.topics.keys() == expected
     for topic, (type, frame) in (MIXED_REALITY | INFRA).items():
         assert variant.topics[f"{PREFIX}/{topic}"][0] == type
@@ -183,6 +187,17 @@ def test_mixed_reality_and_raw_depth_replace_color_and_depth(variant: Received) 
     assert {m.encoding for m in variant.messages("infra/image_raw")} == {"32FC1"}
     metadata = json.loads(variant.messages("infra/metadata")[0].data)
     assert metadata["illumination"] == "on"
+
+
+def test_messages_of_a_custom_topic_arrive_like_those_of_a_sensor(variant: Received) -> None:
+    assert variant.topics[UPTIME][0] == "std_msgs/msg/Float64"
+    uptimes_s = [message.data for message in variant.messages("custom/app_uptime")]
+    assert len(uptimes_s) > 10
+    assert min(b - a for a, b in itertools.pairwise(uptimes_s)) >= 0.1
+    assert variant.qos[UPTIME] == {("RELIABLE", "VOLATILE")}
+    assert variant.counters(UPTIME)["received"] == str(len(uptimes_s))
+    assert_counters_agree(variant)
+    assert variant.snapshot["streams"]["custom"]["result"] == "applied"
 
 
 def published(received: Received) -> set[str]:

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/** Yaw to the left, then pitch down, as the test signal gives them. */
+/** Yaw to the left, then pitch down. */
 Pose turned(Vec3 position, double yaw_degrees, double pitch_degrees) {
     const Quaternion yaw = Quaternion::about({0, 1, 0}, yaw_degrees * kPi / 180);
     const Quaternion pitch = Quaternion::about({1, 0, 0}, -pitch_degrees * kPi / 180);

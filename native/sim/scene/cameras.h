@@ -1,6 +1,5 @@
 /**
  * The simulated headset's cameras and inertial units: plausible lenses and places, since the vendor publishes none.
- * They are those of the test signal (ml2-sensors-aar/simulator, Lenses.kt and Mounts.kt), here in RUB axes.
  */
 #pragma once
 

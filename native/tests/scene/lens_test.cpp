@@ -63,7 +63,7 @@ TEST(Cameras, ASmallerColorImageShowsTheSameScene) {
     EXPECT_NEAR(cut.project(ray)->v, half.project(ray)->v - (1536 - 1152) / 2.0, 1e-9);
 }
 
-TEST(Cameras, AreMountedAsTheTestSignalMountsThem) {
+TEST(Cameras, TheLeftOneLooksLeftAndThePackIsTurned) {
     const Pose left = mount(Camera::WorldLeft);
     const Vec3 gaze = rotate(left.rotation, {0, 0, -1});
     EXPECT_LT(gaze.x, -0.6) << "40 degrees to the left";

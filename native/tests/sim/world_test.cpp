@@ -44,6 +44,19 @@ TEST_F(World, RowsArePaddedAndThePaddingIsNoPicture) {
         EXPECT_EQ(buffer.data[1024 * 500 + x], 0xee);
 }
 
+TEST_F(World, StillImagesRepeatOneFrameWhilePosesGoOn) {
+    set("still_images", "1");
+    connectAndGet();
+    const auto first = data.frames[0];
+    const std::vector<uint8_t> pixels(first.frame_buffer.data, first.frame_buffer.data + first.frame_buffer.size);
+    release();
+    ml2sim_advance(300 * kMillisecond);
+    ASSERT_EQ(get(), MLResult_Ok);
+    EXPECT_EQ(std::memcmp(pixels.data(), data.frames[0].frame_buffer.data, pixels.size()), 0);
+    EXPECT_GT(data.frames[0].timestamp, first.timestamp);
+    EXPECT_NE(data.frames[0].camera_pose.position.x, first.camera_pose.position.x);
+}
+
 TEST_F(World, ThePaddingOfRowsIsAKeyAndMovesNoPixel) {
     connectAndGet();
     const auto &padded = data.frames[0].frame_buffer;

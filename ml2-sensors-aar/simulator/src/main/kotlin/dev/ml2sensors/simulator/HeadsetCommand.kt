@@ -11,7 +11,6 @@ import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.default
 import com.github.ajalt.clikt.parameters.options.option
 import com.github.ajalt.clikt.parameters.options.versionOption
-import com.github.ajalt.clikt.parameters.types.choice
 import com.github.ajalt.clikt.parameters.types.file
 import com.github.ajalt.clikt.parameters.types.long
 import dev.ml2sensors.Version
@@ -20,7 +19,6 @@ import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
 import dev.ml2sensors.simulator.replay.ReplayHeadset
 import dev.ml2sensors.simulator.simulated.NativeBundle
-import dev.ml2sensors.simulator.testsignal.TestSignalHeadset
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
 import kotlinx.coroutines.CompletableDeferred
@@ -35,10 +33,6 @@ internal const val EXIT_USAGE = 2
 /** The command `ml2-headset`: parses its options, opens a headset and streams it. */
 internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     private val link by ConnectionOptions()
-    private val source by option(
-        help = "simulated: the simulated device (default); test-signal: test signals without native code.",
-    )
-        .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
     private val replay by option(metavar = "DIR", help = "Replay this EuRoC/ASL data set instead of simulating.")
         .file(mustExist = true)
     private val simulation by SimulationOptions()
@@ -88,15 +82,10 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     private fun headset(): Headset {
         val folder = replay
         if (rateFactor != null && folder == null) throw UsageError("--rate-factor needs --replay")
-        if (simulation.isGiven && (folder != null || source != SIMULATED)) {
-            throw UsageError("--simulate needs --source $SIMULATED")
-        }
-        NativeBundle.load() // Images of any source may be compressed
-        return when {
-            folder != null -> ReplayHeadset(recording(folder), shiftedClock(), rateFactor ?: 1.0)
-            source == SIMULATED -> simulation.open(seed, System.getProperty("ml2s.frame_cache", ""))
-            else -> TestSignalHeadset(seed, shiftedClock(), ::echo)
-        }
+        if (simulation.isGiven && folder != null) throw UsageError("--simulate and --replay exclude each other")
+        if (folder == null) return simulation.open(seed, System.getProperty("ml2s.frame_cache", ""))
+        NativeBundle.load() // Images of a replay may be compressed
+        return ReplayHeadset(recording(folder), shiftedClock(), rateFactor ?: 1.0)
     }
 
     private fun shiftedClock(): DeviceClock {
@@ -119,9 +108,6 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     }
 
     private companion object {
-        const val SIMULATED = "simulated"
-        const val TEST_SIGNAL = "test-signal"
-
         /** A large offset from every other clock, so that a time that was not converted is noticed. */
         const val MAX_CLOCK_OFFSET_NANOS = 1L shl 50
     }

@@ -13,8 +13,8 @@ import dev.ml2sensors.simulator.simulated.SimulatedCamera2
 import dev.ml2sensors.simulator.simulated.SimulatedSdk
 import dev.ml2sensors.simulator.simulated.SimulatedVideoEncoders
 import dev.ml2sensors.simulator.simulated.SimulationKey
+import dev.ml2sensors.simulator.simulated.batteryManagerSignals
 import dev.ml2sensors.simulator.simulated.sensorManagerSignals
-import dev.ml2sensors.simulator.testsignal.battery
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorHeadset
@@ -113,4 +113,4 @@ private fun sources(): List<SensorSource> =
         NativeBackend.entries.map { NativeInputSource(it) } +
         SimulatedCamera2() +
         SignalSource("sensor_manager", NativeHeadsetClock, sensorManagerSignals()) +
-        SignalSource("battery_manager", NativeHeadsetClock, mapOf(StreamTable.battery to battery()))
+        SignalSource("battery_manager", NativeHeadsetClock, batteryManagerSignals())

@@ -35,15 +35,13 @@ class HeadsetCommandTest {
             "--receiver h:1 --rate-factor 2" to "--rate-factor needs --replay",
             "--receiver h:1 --replay $recording --rate-factor -1" to "expected a positive number or max, found '-1'",
             "--receiver h:1 --replay $recording/absent" to "$recording/absent",
-            "--receiver h:1 --source other" to "(choose from simulated, test-signal)",
             "--receiver h:1 --simulate seed" to "expected KEY=VALUE or KEY=VALUE@SECONDS, found 'seed'",
-            "--receiver h:1 --simulate a=1 --source test-signal" to "--simulate needs --source simulated",
-            "--receiver h:1 --simulate a=1 --replay $recording" to "--simulate needs --source simulated",
+            "--receiver h:1 --simulate a=1 --replay $recording" to "--simulate and --replay exclude each other",
             "--receiver h:1 --unknown" to "no such option --unknown",
             "--pair http://h:1" to "expected ml2s://HOST:PORT?fp=64_HEX_DIGITS&token=32_HEX_DIGITS",
-            "--insecure-eye-images --source test-signal" to "--insecure-eye-images needs --insecure",
-            "--keys $folder --receiver h:1 --source test-signal" to "paired with no receiver: run ml2-receiver pair",
-            "--pair $URI --insecure --source test-signal" to "--pair and --insecure exclude each other",
+            "--insecure-eye-images" to "--insecure-eye-images needs --insecure",
+            "--keys $folder --receiver h:1" to "paired with no receiver: run ml2-receiver pair",
+            "--pair $URI --insecure" to "--pair and --insecure exclude each other",
         )
         for ((arguments, message) in wrong) {
             val command = HeadsetCommand()
@@ -91,7 +89,7 @@ class HeadsetCommandTest {
 
     @Test
     fun aFailedPairingPrintsOneLineAndExitsWith1() {
-        val run = Run("--keys $folder --pair $URI --source test-signal")
+        val run = Run("--keys $folder --pair $URI")
         val output = run.output.readText().lines()
         assertTrue(output[0].startsWith("Error: no pairing with the receiver at 127.0.0.1:1: "), "$output")
         assertEquals(listOf(""), output.drop(1))
@@ -112,7 +110,7 @@ class HeadsetCommandTest {
         )
         for ((keys, message) in wrong) {
             val failure = assertFailsWith<CliktError>(keys) {
-                HeadsetCommand().parse(words("--keys $keys --receiver h:1 --source test-signal"))
+                HeadsetCommand().parse(words("--keys $keys --receiver h:1"))
             }
             val text = failure.message.orEmpty()
             assertTrue(text.startsWith("Error: $message"), text)

@@ -1,6 +1,8 @@
 package dev.ml2sensors.simulator.simulated
 
 import dev.ml2sensors.simulator.signal.Signal
+import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.ImuUnit
 import dev.ml2sensors.source.ScalarSample
 import dev.ml2sensors.source.VectorSample
@@ -19,6 +21,14 @@ internal fun sensorManagerSignals(): Map<StreamSpec, Signal> = buildMap {
     put(StreamTable.pressureComputePack, pressure(ImuUnit.COMPUTE_PACK))
     put(StreamTable.lightSensor, Signal(LIGHT_HZ) { ScalarSample(it.nanos, SimulatedSdk.light(it.nanos).toDouble()) })
 }
+
+/** Returns the signal of Android's BatteryManager: the battery discharges from 90 % to 5 %, then starts again. */
+internal fun batteryManagerSignals(): Map<StreamSpec, Signal> = mapOf(
+    StreamTable.battery to Signal(BATTERY_HZ) { capture ->
+        val charge = (0.9 - 0.85 * (capture.seconds / CHARGE_SECONDS % 1)).toFloat()
+        BatterySample(capture.nanos, voltage = 7.0f + 1.4f * charge, current = -1.6f, charge, ChargeStatus.DISCHARGING)
+    },
+)
 
 private fun vectors(unit: ImuUnit, rateHz: Int, first: Int) = Signal(rateHz) { capture ->
     val values = FloatArray(NUMBERS)
@@ -42,3 +52,5 @@ private const val IMU_HZ = 200
 private const val MAGNETOMETER_HZ = 50
 private const val PRESSURE_HZ = 10
 private const val LIGHT_HZ = 5
+private const val BATTERY_HZ = 1
+private const val CHARGE_SECONDS = 3.5 * 3600
