@@ -13,6 +13,7 @@ import pytest
 
 from ml2_tools.evaluation.tum import read_tum, write_tum
 from ros_processes import environment
+from terminal import OnTerminal
 from waiting import LIMIT_S
 from wall_walk import CAMERA, recording, trajectory
 
@@ -39,7 +40,17 @@ def folder(bag: Path) -> Path:
     run = evaluate("--bag", bag, "--camera", CAMERA, "--truth", truth, "--out", folder)
     assert run.returncode == 0, run.stderr
     assert "error, rmse" in run.stdout
+    steps = re.findall(r"^(reading|finding|matching|mapping|placing) ", run.stderr, re.MULTILINE)
+    assert steps == ["reading", "finding", "matching", "mapping", "placing"]
     return folder
+
+
+def test_a_terminal_shows_each_step_with_a_bar(bag: Path, tmp_path: Path) -> None:
+    options = ("--bag", str(bag), "--camera", CAMERA, "--out", str(tmp_path / "out"))
+    with OnTerminal("evaluate", *options) as child:
+        for step in (b"reading images", b"matching ", b"mapping key images", b"placing images"):
+            child.await_shown(step)
+        child.await_shown(rb"error, rmse")
 
 
 @pytest.fixture(scope="module")

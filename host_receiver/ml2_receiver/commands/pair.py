@@ -13,6 +13,7 @@ from rich.live import Live
 
 from ..errors import PairingError
 from ..pairing.offer import PairingOffer
+from ..pairing.pairing import VALID_S
 from ..pairing.uri import PairingUri
 from ..security.paired_devices import PairedDevice
 from ..session.event_limit import EventLimit
@@ -92,6 +93,8 @@ def _show(uris: Sequence[PairingUri]) -> None:
         print("and paste the last line there, or into the app. For apps that read QR codes:\n")
         segno.make_qr(str(first), error="l").terminal(compact=True)
     print(first, flush=True)
+    if not sys.stdout.isatty():  # a terminal has the time left
+        print(f"valid for {VALID_S / 60:.0f} minutes, for one device", file=sys.stderr, flush=True)
     for other in others:
         print(f"this machine is {other.host}, too, for a headset on another network")
 

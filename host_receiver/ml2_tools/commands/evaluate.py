@@ -2,12 +2,15 @@
 
 import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import track
+from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bars
 from rich.table import Table
 
 from ml2_receiver.commands.options import Subparsers, add_ros_args
@@ -21,7 +24,7 @@ from .reading import add_headset, check_headset, say_left_out
 
 if TYPE_CHECKING:
     from ..evaluation.evaluation import Evaluation
-    from ..evaluation.trajectory import Images
+    from ..evaluation.trajectory import Progress
 
 _EPILOG = """\
 Estimates the trajectory of a camera from its recorded images alone, by structure from motion with
@@ -116,7 +119,8 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
     if not options.live:
         sequence = read_sequence(options.bag, options.camera, options.headset)
         say_left_out(sequence.left_out)
-        return evaluate(sequence, options.camera, truth, _show_progress)
+        with _progress() as progress:
+            return evaluate(sequence, options.camera, truth, progress)
     with ros_needed():
         from ..evaluation.live import record_live
     stopping = stop_signal()
@@ -131,10 +135,33 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
                 lambda images: status.update(f"{images} images"),
             )
         go_on()
-        return evaluate(sequence, options.camera, truth, _show_progress)
+        with _progress() as progress:
+            return evaluate(sequence, options.camera, truth, progress)
 
 
-def _show_progress(images: "Images", count: int) -> "Images":
+@contextmanager
+def _progress() -> "Iterator[Progress]":
+    """Shows each step on standard error: with a bar on a terminal, else in a line."""
     console = Console(stderr=True)
-    yield from track(images, "reading images", total=count, console=console, transient=True)
-    print("estimating the trajectory; this takes some minutes", file=sys.stderr, flush=True)
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    if not console.is_terminal:
+        yield _say_steps()
+        return
+    with Bars(*columns, console=console, transient=True) as bars:
+        task = bars.add_task("")
+
+        def show(step: str, done: int, total: int) -> None:
+            bars.update(task, description=step, completed=done, total=total or None)
+
+        yield show
+
+
+def _say_steps() -> "Progress":
+    said: set[str] = set()
+
+    def say(step: str, done: int, total: int) -> None:
+        if step not in said:
+            said.add(step)
+            print(f"{step}{f' ({total})' if total else ''}", file=sys.stderr, flush=True)
+
+    return say

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ from ..errors import EvaluationError
 from .comparison import Comparison, compare
 from .sequence import Sequence
 from .time_offset import time_offset_s
-from .trajectory import Images, Trajectory
+from .trajectory import Images, Progress, Trajectory, untold
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ def evaluate(
     sequence: Sequence,
     camera: str,
     truth: Trajectory | None = None,
-    show_progress: Callable[[Images, int], Images] = lambda images, _: images,
+    progress: Progress = untold,
 ) -> Evaluation:
     """Estimates the camera's trajectory by structure from motion and compares it.
 
@@ -63,7 +62,7 @@ def evaluate(
 
     Args:
         truth: true poses of the optical frame, in any world and at any stamps.
-        show_progress: is called with the images and their number, and returns the same images.
+        progress: is told of each step.
 
     Raises:
         RecordingError: the recording is broken.
@@ -75,9 +74,15 @@ def evaluate(
         raise EvaluationError(
             f"structure from motion needs {error.name}: pip install './host_receiver[evaluate]'"
         ) from error
-    images = show_progress(sequence.images(), len(sequence.stamps_ns))
-    estimate = structure_from_motion(images, sequence.camera)
+    images = _read(sequence, progress)
+    estimate = structure_from_motion(images, sequence.camera, progress=progress)
     return evaluate_estimate(sequence, camera, "sfm", estimate, truth)
+
+
+def _read(sequence: Sequence, progress: Progress) -> Images:
+    for done, image in enumerate(sequence.images()):
+        progress("reading images", done, len(sequence.stamps_ns))
+        yield image
 
 
 def evaluate_estimate(

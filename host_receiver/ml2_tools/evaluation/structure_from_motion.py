@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,7 +14,7 @@ from ..errors import EvaluationError
 from ..geometry.camera import Camera
 from ..images.rectification import rectify
 from .placement import Map
-from .trajectory import Images, Trajectory
+from .trajectory import Images, Progress, Trajectory, untold
 
 # Every fourth image is a key image. The map is made from the key images; the others are placed in
 # it afterwards.
@@ -30,7 +30,9 @@ _LARGEST_SIDE_PX = 640
 _FEATURES = 1500
 
 
-def structure_from_motion(images: Images, camera: Camera, seed: int = 1) -> Trajectory:
+def structure_from_motion(
+    images: Images, camera: Camera, seed: int = 1, progress: Progress = untold
+) -> Trajectory:
     """Estimates the pose of each image; takes a minute or more.
 
     The lens is taken as given, not refined. The world and its scale are arbitrary. Images that
@@ -38,6 +40,7 @@ def structure_from_motion(images: Images, camera: Camera, seed: int = 1) -> Traj
 
     Args:
         seed: the seed of all random choices.
+        progress: is told of each step.
 
     Raises:
         EvaluationError: these images give no trajectory.
@@ -51,13 +54,21 @@ def structure_from_motion(images: Images, camera: Camera, seed: int = 1) -> Traj
             raise EvaluationError(f"expected 2 or more images, found {len(stamps_ns)}")
         names = [_name(stamp_ns) for stamp_ns in stamps_ns]
         keys = names[::_KEY_INTERVAL]
+        progress(f"finding features in {len(keys)} key images", 0, 0)
         _find_features(folder, pinhole, keys)
-        _match(folder, list(_pairs(keys)))
-        map_ = Map(_model(folder, seed), folder / "images")
-        poses = (
-            map_.pose(name, keys[index // _KEY_INTERVAL :][:2]) for index, name in enumerate(names)
+        pairs = list(_pairs(keys))
+        progress(f"matching {len(pairs)} pairs of key images", 0, 0)
+        _match(folder, pairs)
+        mapped = itertools.count(1)
+        model = _model(
+            folder, seed, lambda: progress("mapping key images", next(mapped), len(keys))
         )
-        return [(at, it) for at, it in zip(stamps_ns, poses, strict=True) if it is not None]
+        map_, placed = Map(model, folder / "images"), []
+        for index, (stamp_ns, image) in enumerate(zip(stamps_ns, names, strict=True)):
+            progress("placing images in the map", index, len(names))
+            pose = map_.pose(image, keys[index // _KEY_INTERVAL :][:2])
+            placed += [(stamp_ns, pose)] if pose is not None else []
+        return placed
 
 
 def _name(stamp_ns: int) -> str:
@@ -120,8 +131,8 @@ def _match(folder: Path, pairs: Sequence[tuple[str, str]]) -> None:
     pycolmap.match_image_pairs(folder / "database", pairing_options=pairing)
 
 
-def _model(folder: Path, seed: int) -> pycolmap.Reconstruction:
-    """Returns the largest reconstruction of the key images.
+def _model(folder: Path, seed: int, on_image: Callable[[], None]) -> pycolmap.Reconstruction:
+    """Returns the largest reconstruction of the key images; `on_image` hears of each.
 
     Raises:
         EvaluationError: the images show no parallax.
@@ -136,7 +147,7 @@ def _model(folder: Path, seed: int) -> pycolmap.Reconstruction:
         options.mapper.init_min_tri_angle = first_deg
         options.mapper.filter_min_tri_angle = options.triangulation.min_angle = least_deg
         paths = folder / "database", folder / "images", folder
-        models = pycolmap.incremental_mapping(*paths, options)
+        models = pycolmap.incremental_mapping(*paths, options, next_image_callback=on_image)
         if models:
             return max(models.values(), key=lambda model: model.num_reg_images())
     raise EvaluationError("structure from motion finds no parallax: did the camera move sideways?")
