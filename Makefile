@@ -34,6 +34,10 @@ endef
 unexport PYTHONDONTWRITEBYTECODE
 maven_options := --no-transfer-progress -Dtest.timeout_s=$(PYTEST_TIMEOUT) $(if $(CI),--batch-mode)
 maven := mvn $(maven_options)
+# Java takes the home from the list of users.
+ifeq ($(MAKELEVEL),0)
+export MAVEN_OPTS := -Duser.home=$(HOME) $(MAVEN_OPTS)
+endif
 # C and C++ are compiled once for equal sources; what needs no precompiled header, also for other clones.
 export CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)
 export CMAKE_CXX_COMPILER_LAUNCHER := $(CMAKE_C_COMPILER_LAUNCHER)
@@ -72,7 +76,7 @@ ktlint_jar := build/ktlint/ktlint-cli-$(ktlint_version)-all.jar
 detekt_version := $(shell sed -n 's|.*<detekt.version>\(.*\)</.*|\1|p' pom.xml)
 detekt_jar := build/detekt/detekt-cli-$(detekt_version)-all.jar
 # Names files: for a pattern, ktlint walks the whole checkout and fails where another check removes a file meanwhile.
-ktlint := git ls-files -co --exclude-standard '*.kt' '*.kts' | xargs $(java) -jar $(ktlint_jar) --relative
+ktlint := git ls-files -co --exclude-standard '*.kt' | xargs $(java) -jar $(ktlint_jar) --relative
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' Makefile
@@ -229,7 +233,7 @@ mypy:
 	for folder in $(python); do $(run) mypy --config-file $(settings) $$folder || { echo "mypy: wrong in $$folder" >&2; exit 1; }; done
 
 lint-kotlin:
-	$(if_unchecked) $(kotlin) *.kts -- $(submake) ktlint detekt
+	$(if_unchecked) $(kotlin) -- $(submake) ktlint detekt
 
 ktlint:
 	$(ktlint)

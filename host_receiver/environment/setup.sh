@@ -24,6 +24,10 @@ main() {
     shift
   fi
   if (($# == 0)); then set -- receiver; fi
+  if [[ $* != receiver && ! -w ${HOME:-} ]]; then
+    $is_check || fail "cannot write to your home folder ${HOME:-}, where Maven, ccache and npm keep what they load: put HOME=FOLDER before the command"
+    exit 1
+  fi
   list=$(missing_packages "$@") || exit 1
   if [[ -n $list ]]; then mapfile -t missing <<<"$list"; fi
   if ((${#missing[@]} == 0)) && is_current; then return; fi

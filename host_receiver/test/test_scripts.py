@@ -43,6 +43,14 @@ def full_disk(checkout: Path) -> Iterator[Path]:
     subprocess.run(["umount", build], check=True)
 
 
+@pytest.fixture
+def read_only_home(checkout: Path) -> Iterator[Path]:
+    home = checkout / "home"
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "ro", "home", home], check=True)
+    yield home
+    subprocess.run(["umount", home], check=True)
+
+
 def program(checkout: Path, name: str, text: str) -> None:
     file = checkout / "bin" / name
     file.write_text(f"#!/bin/sh\n{text}\n")
@@ -99,7 +107,6 @@ def test_every_script_says_it() -> None:
         pytest.skip("this is no clone of git")
     silent = {it for it in listed.stdout.split() if "/errors.sh" not in (ROOT / it).read_text()}
     assert {Path(it).name for it in silent} == {
-        "gradlew",  # Gradle's own
         "ml2-headset",  # becomes another program, as the next
         "ml2-receiver",
         "run.sh",
@@ -162,6 +169,17 @@ def test_on_a_full_disk_setup_says_what_to_mend(checkout: Path, full_disk: Path)
     code, errors = run(checkout, "host_receiver/environment/setup.sh")
     assert code == 1
     assert errors[-1].startswith(f"setup: no Python environment in {full_disk / 'venv'}: mend what")
+
+
+@is_root
+def test_in_a_home_that_cannot_be_written_setup_says_what_to_do(
+    checkout: Path, read_only_home: Path
+) -> None:
+    code, errors = run(checkout, "host_receiver/environment/setup.sh", "headset")
+    assert code == 1
+    [error] = errors
+    assert error.startswith(f"setup: cannot write to your home folder {read_only_home}, where ")
+    assert "put HOME=FOLDER before the command" in error
 
 
 def test_in_an_empty_home_the_first_build_needs_no_list_of_jars(checkout: Path) -> None:
