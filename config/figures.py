@@ -16,12 +16,12 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 MOST_FILES = 1800
-SOURCES = {".c", ".cpp", ".cs", ".h", ".java", ".kt", ".kts", ".py", ".rs", ".sh"}
+SOURCES = {".c", ".cpp", ".cs", ".h", ".java", ".kt", ".py", ".rs", ".sh"}
 # The first that matches a path is its area; other sources are the product.
 AREAS = {
     "tests": r"(^|/)(tests?|Tests|benchmark)/",
     "simulators": r"^native/sim/|/(simulator|android-test|demo)/",
-    "build and generators": r"^(config|gradle|\.ci)/|/environment/|\.kts$",
+    "build and generators": r"^(config|\.ci)/|/environment/",
 }
 KOTLIN = ROOT / "ml2-sensors-aar" / "src" / "main" / "kotlin" / "dev" / "ml2sensors"
 PYTHON = ("ml2_receiver", "ml2_tools")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import tomllib
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -96,9 +95,9 @@ def test_the_readme_names_this_version_and_one_place_to_replace() -> None:
     assert "example.com" not in shown
 
 
-def test_the_gradle_files_of_a_new_app_name_the_versions_of_ours() -> None:
+def test_the_gradle_files_of_a_new_app_name_our_versions() -> None:
     page = (ROOT / "ml2-sensors-aar/README.md").read_text()
-    ours = tomllib.loads((ROOT / "gradle/libs.versions.toml").read_text())["versions"]
+    ours = dict(re.findall(r"<(kotlin|r8)\.version>(.*)</", (ROOT / "pom.xml").read_text()))
     assert re.findall(r'"dev.ml2sensors:ml2-sensors:(.*)"', page) == [VERSION]
     assert re.findall(r'"com.android.tools:r8:(.*)"', page) == [ours["r8"]]
     assert re.findall(r'^kotlin = "(.*)"', page, re.MULTILINE) == [ours["kotlin"]]
