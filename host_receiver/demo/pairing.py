@@ -42,6 +42,12 @@ def accept(headset: Sequence[str | Path], uri: str) -> None:
     Raises:
         SystemExit: it did not; it has said why on standard error.
     """
-    answer = [*map(str, headset), "--pair", uri]
-    if subprocess.call(answer, stdout=subprocess.DEVNULL, timeout=_PATIENCE_S):
+    done = subprocess.run(
+        [*map(str, headset), "--pair", "-"],
+        input=uri.encode(),
+        stdout=subprocess.DEVNULL,
+        timeout=_PATIENCE_S,
+        check=False,
+    )
+    if done.returncode:
         raise SystemExit("the headset could not be paired with the receiver")

@@ -297,7 +297,7 @@ def test_the_readme_of_the_app_has_every_command(adb: Adb) -> None:
 
 def _action(line: str) -> str:
     words = shlex.split(line.replace("$service", "dev.ml2sensors.app/.StreamingService"))
-    if len(words) == 3:
-        words = [*words[:2], *shlex.split(words[2])]
+    if "<<<" in words:
+        words = shlex.split(words[-1])
     assert words[words.index("-n") + 1] == "dev.ml2sensors.app/.StreamingService"
     return words[words.index("-a") + 1].removeprefix("dev.ml2sensors.app.")

@@ -38,7 +38,7 @@ Exit code: 0 when a device was paired, else 2.
 examples:
   ml2-receiver pair | ml2-receiver headset start --pair -      by a cable
   ml2-receiver pair                          then `headset start --pair -` in another terminal
-  ml2-receiver pair --listen 127.0.0.1:0     for a simulated headset: ml2-headset --pair URI
+  ml2-receiver pair --listen 127.0.0.1:0     for a simulated headset: ml2-headset --pair -
   ml2-receiver pair --port 7756              for `run --listen 0.0.0.0:7756`
 """
 

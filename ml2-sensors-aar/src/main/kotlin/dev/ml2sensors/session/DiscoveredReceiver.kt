@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.wire.printable
 import kotlinx.coroutines.FlowPreview
 import kotlinx.coroutines.flow.debounce
 import kotlinx.coroutines.flow.first
@@ -19,13 +20,14 @@ internal class DiscoveredReceiver(private val browser: ReceiverBrowser, private 
             if (name == null) receivers.debounce(SETTLING).first { it.isNotEmpty() } else receivers.first { name in it }
         }
         val address = if (name == null) found.values.singleOrNull() else found[name]
-        return address ?: throw IOException(failure(found.keys.sorted()))
+        return address ?: throw IOException(failure(printable(found.keys.sorted().joinToString())))
     }
 
-    private fun failure(found: List<String>): String = when {
+    /** @param found the names that anybody on the network may announce, fit to be shown. */
+    private fun failure(found: String): String = when {
         found.isEmpty() -> "no receiver announces itself on this network; connect by its address instead"
-        name == null -> "several receivers announce themselves, choose one by its name: ${found.joinToString()}"
-        else -> "no receiver announces itself as '$name', only ${found.joinToString()}"
+        name == null -> "several receivers announce themselves, choose one by its name: $found"
+        else -> "no receiver announces itself as '$name', only $found"
     }
 
     override fun toString(): String = if (name == null) "any receiver" else "receiver '$name'"

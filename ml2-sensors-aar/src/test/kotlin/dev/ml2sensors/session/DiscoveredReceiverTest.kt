@@ -40,6 +40,16 @@ class DiscoveredReceiverTest {
     }
 
     @Test
+    fun namesThatAnybodyAnnouncesMoveNoCursorAndAreBounded() = runTest {
+        val names = List(1000) { "desk\u001b]52;c;$it\u0007" }
+        val failure = assertFailsWith<IOException> {
+            Receiver.discover(browser(0.seconds to names.associateWith { desk.second })).locate()
+        }
+        val text = failure.message.orEmpty()
+        assertTrue("several" in text && text.none(Char::isISOControl) && text.length < 600, text)
+    }
+
+    @Test
     fun anotherNameIsNotTaken() = runTest {
         val browser = browser(0.seconds to mapOf(desk))
         val failure = assertFailsWith<IOException> { Receiver.discover(browser, "robot").locate() }

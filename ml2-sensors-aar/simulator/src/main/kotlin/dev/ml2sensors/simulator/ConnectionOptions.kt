@@ -16,7 +16,12 @@ import dev.ml2sensors.source.Headset
 import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.runBlocking
 import java.io.IOException
+import java.io.InputStream
+import java.nio.file.Path
 import kotlin.io.path.Path
+import kotlin.io.path.fileSize
+import kotlin.io.path.inputStream
+import kotlin.io.path.isRegularFile
 
 /** The receiver to connect to, and how the connection is protected. */
 internal class ConnectionSettings(val receiver: Receiver, val security: TransportSecurity)
@@ -28,10 +33,11 @@ internal class ConnectionOptions : OptionGroup() {
         help = "The receiver to connect to; default: the paired one, or with --insecure the only one on the network.",
     ).convert { failOnInvalid { Receiver.parse(it, MulticastBrowser()) } }
     val pair by option(
-        metavar = "URI",
-        help = "Pair with the receiver whose ml2-receiver pair shows this URI, then exit.",
+        metavar = "-|FILE|URI",
+        help = "Pair by the URI that ml2-receiver pair shows, then exit: read from standard input or a file. " +
+            "Other users of this machine can read the words of a command.",
     )
-        .convert { failOnInvalid { PairingUri.parse(it) } }
+        .convert { failOnInvalid { pairingUri(it) } }
     private val keys by option(
         metavar = "FOLDER",
         help = "The folder of the keys; default: ~/.config/ml2-sensors-headset.",
@@ -64,7 +70,7 @@ internal class ConnectionOptions : OptionGroup() {
         val keys = openKeys()
         val paired = exitOnFailure(EXIT_USAGE) { keys.receivers }
         if (paired.isEmpty()) {
-            throw UsageError("paired with no receiver: run ml2-receiver pair there, then ml2-headset --pair URI")
+            throw UsageError("paired with no receiver: run ml2-receiver pair there, then ml2-headset --pair -")
         }
         return ConnectionSettings(receiver ?: keys.receiver(MulticastBrowser()), keys.security())
     }
@@ -81,6 +87,47 @@ internal class ConnectionOptions : OptionGroup() {
         const val NAME = "ml2-headset"
         const val EXIT_FAILED = 1
     }
+}
+
+private const val STANDARD_INPUT = "-"
+private const val MAX_URI_BYTES = 4096
+
+/**
+ * Reads the URI from the first line of standard input or of a file, or takes [source] itself as the URI.
+ *
+ * @throws IllegalArgumentException there is none; the message does not repeat what may be a token.
+ */
+private fun pairingUri(source: String): PairingUri {
+    if ("://" in source || "token=" in source) return PairingUri.parse(source)
+    val place = if (source == STANDARD_INPUT) "on standard input" else "in $source"
+    val line = (if (source == STANDARD_INPUT) typedLine() else firstLineOf(Path(source))).trim()
+    return try {
+        PairingUri.parse(line)
+    } catch (_: IllegalArgumentException) {
+        val found = if (line.isEmpty()) "nothing" else "another line"
+        throw IllegalArgumentException("expected ml2s://HOST:PORT?fp=...&token=... $place, found $found")
+    }
+}
+
+private fun typedLine(): String {
+    if (System.console() != null) System.err.println("paste the URI that `ml2-receiver pair` shows:")
+    return System.`in`.firstLine()
+}
+
+private fun firstLineOf(file: Path): String {
+    require(file.isRegularFile()) { "expected a regular file, or - for standard input, found '$file'" }
+    require(file.fileSize() <= MAX_URI_BYTES) { "$file: expected at most $MAX_URI_BYTES bytes" }
+    return try {
+        file.inputStream().use { it.firstLine() }
+    } catch (_: IOException) {
+        throw IllegalArgumentException("cannot read $file: expected a file that this user can read")
+    }
+}
+
+/** Reads no further than the line: what shows the URI may run on until the headset has paired. */
+private fun InputStream.firstLine(): String {
+    val characters = generateSequence { read().takeIf { it >= 0 && it != '\n'.code } }
+    return characters.take(MAX_URI_BYTES).map(Int::toChar).joinToString("")
 }
 
 private inline fun <T> OptionCallTransformContext.failOnInvalid(action: () -> T): T = try {
