@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import bag_scene
+from ml2_receiver.configuration.config import load_config
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
 from mock_device import MockDevice
@@ -197,6 +198,21 @@ def test_services_are_called(device: MockDevice, view: View) -> None:
         assert browser.text("answer")["is_done"] is True
         while browser.text("state")["applied"].get("battery") != "paused":
             pass
+
+
+def test_what_was_changed_on_the_page_is_saved_and_nothing_else(
+    device: MockDevice, view: View, client: Client, config: Path
+) -> None:
+    assert client.ask("set", {"tf.layout": "rig"}) == [[True, ""]]
+    with Browser(view.url, view.token) as browser:
+        browser.say(set="battery", to={"enabled": False})
+        assert browser.text("answer") == answer("battery", True, "")
+        browser.say(call="save_config", keys=["battery.enabled"])
+        assert browser.text("answer") == answer("save_config", True, f"written to {config}")
+        browser.say(call="save_config")
+        assert "not as in the file are tf.layout" in browser.text("answer")["text"]
+    values = load_config(config).values
+    assert (values["battery.enabled"], values["tf.layout"]) == (False, "flat")
 
 
 def test_a_headset_is_paired_on_the_page(

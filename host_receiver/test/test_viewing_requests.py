@@ -36,6 +36,9 @@ def test_requests_are_read() -> None:
     assert parse_request('{"show": []}', STREAMS, LIVE) == Show(frozenset())
     assert parse_request('{"seen": "state"}', STREAMS, LIVE) == Seen("state")
     assert parse_request('{"call": "stop"}', STREAMS, LIVE) == Call("stop")
+    named = '{"call": "save_config", "keys": ["world_left.format", "depth_center.mode"]}'
+    keys = ("world_left.format", "depth_center.mode")
+    assert parse_request(named, STREAMS, LIVE) == Call("save_config", keys)
     assert parse_request('{"pair": true}', STREAMS, LIVE) == Pair(True)
     pixel = '{"pixel": "color", "at": [1, 0]}'
     assert parse_request(pixel, STREAMS, LIVE) == Pixel("color", 1, 0)
@@ -115,6 +118,12 @@ def test_a_recording_takes_no_other_requests(message: str) -> None:
         '{"set": "eye_nasal_left", "to": {"enabled": true}}',
         '{"set": ["battery"], "to": {"enabled": true}}',
         '{"call": "reload"}',
+        '{"call": "stop", "keys": ["battery.enabled"]}',
+        '{"call": "save_config", "keys": "battery.enabled"}',
+        '{"call": "save_config", "keys": [1]}',
+        '{"call": "save_config", "keys": ["general.eye_cameras"]}',
+        '{"call": "save_config", "keys": ["eye_nasal_left.enabled"]}',
+        '{"call": "save_config", "keys": ["battery.enabled tf.layout"]}',
         '{"pixel": "color"}',
         '{"pixel": "color", "at": [1]}',
         '{"pixel": "color", "at": [1.5, 0]}',

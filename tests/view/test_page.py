@@ -5,11 +5,16 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import NoReturn
 
+import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
+import bag_scene
 from images import await_images
 from lab import IMAGES, Lab, new_page
+from ml2_tools.viewing import newest_image
+from view_scene import ROWS, WORLD, serving
 
 REPORTS = Path(__file__).resolve().parents[2] / "build" / "reports"
 CONTROLS = """() => [...document.querySelectorAll(
@@ -73,6 +78,26 @@ def test_a_wrong_token_is_refused_in_words(browser: Browser, lab: Lab) -> None:
     expect(page.locator("#notice")).to_contain_text("not valid any more")
     expect(page.locator("[data-stream]")).to_have_count(0)
     page.context.close()
+
+
+def test_a_page_whose_server_fails_says_why_and_comes_again(
+    browser: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> NoReturn:
+        raise RuntimeError("nobody foresaw this")
+
+    notice = (page := new_page(browser)).locator("#notice")
+    with serving(ROWS) as served:
+        page.goto(f"{served.url}/#{served.token}")
+        expect(notice).to_be_hidden()
+        with monkeypatch.context() as patched:
+            patched.setattr(newest_image, "preview_of", broken)
+            served.source.bring(WORLD, bag_scene.image(1))
+            expect(notice).to_contain_text(re.compile("^Disconnected: .*nobody foresaw this"))
+        expect(notice).to_be_hidden()
+        served.source.bring(WORLD, bag_scene.image(2))
+        await_images(page, "world_left", 1)
+        page.context.close()
 
 
 def test_a_page_without_one_of_its_files_says_so(browser: Browser, lab: Lab) -> None:

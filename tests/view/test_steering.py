@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -10,6 +11,8 @@ from rosbags.highlevel import AnyReader
 
 from images import await_images
 from lab import Lab
+from ml2_receiver.configuration.config import load_config
+from processes import RECEIVER
 
 _COLOR = "[data-stream=color]"
 _REFUSED = "0 648x720@30"
@@ -99,6 +102,25 @@ def test_a_refused_change_is_explained_beside_the_control(page: Page) -> None:
     expect(color.get_by_role("status")).to_contain_text("expected")
     expect(color.get_by_role("status")).to_contain_text("648")
     expect(mode).to_have_value("0 640x480@30")
+
+
+def test_what_was_changed_on_this_page_is_saved_and_nothing_else(page: Page, lab: Lab) -> None:
+    toolbar, save = page.get_by_role("toolbar"), page.get_by_role("button", name="Save changes")
+    row(page, "light_sensor").get_by_role("checkbox").uncheck()
+    expect(row(page, "light_sensor")).not_to_have_attribute("aria-busy", "true")
+    set_layout(lab, "rig")
+    save.click()
+    expect(toolbar).to_contain_text("Save changes: written to ")
+    saved = load_config(lab.folder / "config.yaml").values
+    assert (saved["light_sensor.enabled"], saved["tf.layout"]) == (False, "flat")
+    save.click()
+    expect(toolbar).to_contain_text("not as in the file are tf.layout")
+    set_layout(lab, "flat")
+
+
+def set_layout(lab: Lab, layout: str) -> None:
+    command = [str(RECEIVER), "set", f"tf.layout={layout}"]
+    subprocess.run(command, env=lab.environment, check=True, stdout=subprocess.DEVNULL)
 
 
 def test_streams_stop_and_start(page: Page) -> None:

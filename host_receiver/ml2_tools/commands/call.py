@@ -48,11 +48,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.keys and options.service != "save_config":
         raise RosError(f"{options.service} takes no keys, found {' '.join(options.keys)}")
     with receiver_client(options.name, PATIENCE_S, [options.service]) as (node, client):
-        is_done, message = True, ""
-        if options.keys:
-            is_done, message = client.set({"save.keys": " ".join(options.keys)})
-        if is_done:
-            is_done, message = client.call(options.service)
+        is_done, message = client.call(options.service, options.keys)
         answer = f"{whom(node, client, options.name)}{message or 'done'}"
     if not is_done:
         raise RosError(answer)

@@ -89,12 +89,19 @@ class ReceiverClient:
         values = self._ask(GetParameters.Request(names=list(names))).values
         return dict(zip(names, map(parameter_value_to_python, values), strict=False))
 
-    def call(self, service: str) -> tuple[bool, str]:
+    def call(self, service: str, keys: Sequence[str] = ()) -> tuple[bool, str]:
         """Calls a service of the type std_srvs/Trigger; what the receiver says of it.
+
+        Args:
+            keys: those that save_config saves.
 
         Raises:
             RosError: it does not answer.
         """
+        if keys:
+            is_set, why_not = self.set({"save.keys": " ".join(keys)})
+            if not is_set:
+                return False, why_not
         answer = self._request(self._services[service], Trigger.Request())
         return answer.success, printable(answer.message)
 

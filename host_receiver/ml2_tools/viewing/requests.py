@@ -54,9 +54,10 @@ class Change:
 
 @dataclass(frozen=True)
 class Call:
-    """The receiver shall carry out a service."""
+    """The receiver shall carry out a service; with keys, save_config shall save these."""
 
     service: str
+    keys: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -112,8 +113,9 @@ class Offer:
 def parse_request(message: str | bytes, names: Collection[str], offer: Offer) -> Request:
     """Reads a message: one of
     `{"show": [STREAM, ...]}`, `{"seen": NAME}`, `{"pixel": STREAM, "at": [COLUMN, ROW]}`,
-    `{"set": SECTION, "to": {KEY: VALUE, ...}}`, `{"call": SERVICE}`, `{"pair": BOOL}`,
-    `{"play": BOOL}`, `{"seek": SECONDS}` and `{"speed": RATE}`.
+    `{"set": SECTION, "to": {KEY: VALUE, ...}}`, `{"call": SERVICE}`,
+    `{"call": "save_config", "keys": [SECTION.KEY, ...]}`, `{"pair": BOOL}`, `{"play": BOOL}`,
+    `{"seek": SECONDS}` and `{"speed": RATE}`.
 
     Args:
         names: the streams that the browser may ask for.
@@ -153,6 +155,10 @@ def _change(found: Any, offer: Offer) -> Change | Call | Pair | None:
             return Change(section, values)
         case {"call": str(service), **rest} if not rest and service in offer.services:
             return Call(service)
+        case {"call": "save_config", "keys": list(keys), **rest} if not rest and _are_of(
+            keys, [name for control in offer.controls.values() for name in control.parameters()]
+        ):
+            return Call("save_config", tuple(keys))
         case {"pair": bool(is_wanted), **rest} if not rest and offer.has_pairing:
             return Pair(is_wanted)
     return None
@@ -174,8 +180,8 @@ def _is_within(value: float, least: float, most: float) -> bool:
     return not isinstance(value, bool) and least <= value <= most
 
 
-def _are_of(streams: list[Any], names: Collection[str]) -> bool:
-    return all(isinstance(it, str) and it in names for it in streams)
+def _are_of(found: list[Any], names: Collection[str]) -> bool:
+    return all(isinstance(it, str) and it in names for it in found)
 
 
 # The number of a message for browsers, from 1, and the message; 0 before the first.

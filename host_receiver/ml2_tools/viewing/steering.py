@@ -97,7 +97,7 @@ class Steering:
         to = request.service if isinstance(request, Call) else request.section
         try:
             if isinstance(request, Call):
-                return Answer(to, *self._client.call(request.service))
+                return Answer(to, *self._client.call(request.service, request.keys))
             values = {f"{to}.{key}": value for key, value in request.values.items()}
             return Answer(to, *self._client.set(values))
         except RosError as error:

@@ -5,8 +5,9 @@ export class Configuration {
   #list = document.getElementById("sections");
   #rows;
 
-  constructor(controls, ask) {
-    this.#rows = new Map(controls.map((it) => [it.section, new Row(it, ask)]));
+  // `changed` gets the names of the values that the receiver has taken, as SECTION.KEY.
+  constructor(controls, ask, changed) {
+    this.#rows = new Map(controls.map((it) => [it.section, new Row(it, ask, changed)]));
     this.#list.replaceChildren(...[...this.#rows.values()].map((it) => it.element));
   }
 
@@ -26,6 +27,7 @@ export class Configuration {
 class Row {
   #section;
   #ask;
+  #changed;
   #values = null;
   // What is asked for, and what shall be asked for after its answer.
   #asked = null;
@@ -38,9 +40,10 @@ class Row {
   #applied = element("span", "quiet");
   #said = element("span");
 
-  constructor({ section, doc, modes, isSwitch, formats, quality, link }, ask) {
+  constructor({ section, doc, modes, isSwitch, formats, quality, link }, ask, changed) {
     this.#section = section;
     this.#ask = ask;
+    this.#changed = changed;
     const name = section.replaceAll("_", " ");
     this.#enabled.type = "checkbox";
     this.#enabled.onchange = () => this.#wish({ enabled: this.#enabled.checked });
@@ -98,6 +101,7 @@ class Row {
   }
 
   answer({ is_done, text }) {
+    if (is_done) for (const key of Object.keys(this.#asked ?? {})) this.#changed.add(`${this.#section}.${key}`);
     this.#asked = null;
     // A value may also be taken with words, such as that it waits for another one.
     this.#said.className = is_done ? "level-1" : "level-2";

@@ -15,7 +15,8 @@ const OVERDUE_MS = 3000;
 const FULL = "full ";
 const notice = document.getElementById("notice");
 const facts = new Facts();
-const actions = new Actions((request) => connection.send(request));
+const changed = new Set();
+const actions = new Actions((request) => connection.send(request), changed);
 const scene = new SceneView(askForShown);
 const enlarged = new Enlarged(askForShown, (request) => connection.send(request));
 const pairing = new Pairing((request) => connection.send(request));
@@ -67,7 +68,7 @@ const connection = connect({
     // Only a receiver is steered, and only a recording has a time line.
     for (const id of ["actions", "configuration"]) document.getElementById(id).hidden = Boolean(recording);
     if (recording) document.getElementById("nothing").textContent = "The recording has no images.";
-    configuration = new Configuration(hello.controls ?? [], ask);
+    configuration = new Configuration(hello.controls ?? [], ask, changed);
     timeLine = recording ? new TimeLine(recording, ask) : null;
     actions.reset();
     askForShown();
