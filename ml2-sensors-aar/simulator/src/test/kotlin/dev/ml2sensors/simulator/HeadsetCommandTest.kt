@@ -97,6 +97,46 @@ class HeadsetCommandTest {
     }
 
     @Test
+    fun aPairingUriIsReadFromStandardInputOrAFile() {
+        val file = folder.resolve("uri").apply { writeText("$URI\r\nthis machine is 10.0.0.1, too\n") }
+        for (source in listOf("-", "$file")) {
+            val run = Run("--keys $folder/keys --pair $source")
+            // Not closed: what shows the URI runs on until the headset has paired
+            run.process.outputStream.apply { write("  $URI\n".toByteArray()) }.flush()
+            assertTrue("no pairing with the receiver at 127.0.0.1:1: " in run.output.readLine(), source)
+            assertEquals(1, run.process.waitFor(), source)
+        }
+    }
+
+    @Test
+    fun noPairingUriIsNamedWithoutRepeatingWhatMayBeAToken() {
+        val almost = URI.dropLast(1)
+        val wrong = folder.resolve("wrong").apply { writeText(almost) }
+        val large = folder.resolve("large").apply { writeText("$URI\n".padEnd(5000)) }
+        for ((source, message) in mapOf(
+            almost to "expected ml2s://HOST:PORT?fp=64_HEX_DIGITS",
+            almost.substringAfter("//") to "expected ml2s://HOST:PORT?fp=64_HEX_DIGITS",
+            "$wrong" to "in $wrong, found another line",
+            "$large" to "expected at most 4096 bytes",
+            "$folder" to "expected a regular file, or - for standard input, found '$folder'",
+            "/dev/zero" to "expected a regular file",
+            "$folder/absent" to "expected a regular file",
+        )) {
+            val failure = assertFailsWith<UsageError>(source) { HeadsetCommand().parse(words("--pair $source")) }
+            val text = failure.message.orEmpty()
+            assertTrue(message in text && "b2b2" !in text, "$source: $text")
+        }
+        val other = "another line"
+        for ((typed, found) in mapOf("" to "nothing", almost to other, "x".repeat(100_000) to other)) {
+            val run = Run("--pair -")
+            runCatching { run.process.outputStream.use { it.write(typed.toByteArray()) } }
+            val text = run.output.readText()
+            assertTrue("on standard input, found $found" in text && "b2b2" !in text, text)
+            assertEquals(2, run.process.waitFor(), text)
+        }
+    }
+
+    @Test
     fun wrongKeysAreNamedInOneLineAndExitWith2() {
         val file = folder.resolve("file").apply { writeText("x") }
         val damaged = folder.resolve("damaged").apply { mkdir() }
@@ -152,7 +192,7 @@ class HeadsetCommandTest {
     }
 }
 
-private val URI = "ml2s://127.0.0.1:1?fp=${"0".repeat(64)}&token=${"0".repeat(32)}"
+private val URI = "ml2s://127.0.0.1:1?fp=${"0".repeat(64)}&token=${"b2".repeat(16)}"
 
 /** Matches a command line in a block: the arguments, up to a comment. */
 private val EXAMPLE = Regex("""^(?:\S*/ml2-headset *|(?=--[a-z]))(.*?)(?:  .*|#.*)?$""")
