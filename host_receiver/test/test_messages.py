@@ -25,6 +25,9 @@ from ml2_receiver.wire.messages import (
     Joined,
     Link,
     LinkTest,
+    Pair,
+    PairChallenge,
+    Paired,
     PeerLimits,
     Start,
     Status,
@@ -69,12 +72,27 @@ BODIES: list[JsonBody] = [
     Bye(""),
 ]
 STATUS = json.loads(BODIES[-4].to_bytes())
+NAMED = [
+    *BODIES[:2],
+    PairChallenge("0" * 64, "desk", "ml2-receiver"),
+    Pair("0" * 32, "Magic Leap 2", "id", "certificate", "signature"),
+    Paired("desk", 7755),
+]
 
 
 @pytest.mark.parametrize("body", BODIES, ids=lambda body: type(body).__name__)
 def test_unknown_keys_are_ignored(body: JsonBody) -> None:
     document = {"later": [{"deep": None}], **json.loads(body.to_bytes())}
     assert type(body).parse(json.dumps(document).encode()) == body
+
+
+@pytest.mark.parametrize("body", NAMED, ids=lambda body: type(body).__name__)
+@pytest.mark.parametrize("wrong", ["", "a\x1b]52;c;eA==\x07", "a\nb", "x" * 129])
+def test_names_are_printable_and_short(body: JsonBody, wrong: str) -> None:
+    document = json.loads(body.to_bytes())
+    for key in {"name", "software", "device_id", "instance_id"} & document.keys():
+        with pytest.raises(ProtocolError, match=f"{key}: expected 1 to"):
+            type(body).parse(json.dumps({**document, key: wrong}).encode())
 
 
 @pytest.mark.parametrize("body", BODIES, ids=lambda body: type(body).__name__)

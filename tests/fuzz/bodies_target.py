@@ -1,4 +1,7 @@
-"""JSON bodies: one that is taken is the same after it was written and read again."""
+"""JSON bodies: one that is taken is the same after it was written and read again.
+
+Names in it are short and printable.
+"""
 
 import json
 from collections.abc import Iterator
@@ -11,6 +14,8 @@ from vectors import HEADER_BYTES, vectors
 
 _BODIES = sorted(JsonBody.__subclasses__(), key=lambda it: it.__name__)
 _NAMES = {it.__name__.upper(): number for number, it in enumerate(_BODIES)}
+# Of the longest kind of name in PROTOCOL.md.
+_MOST_CHARACTERS = 128
 assert {ConfigText, Hello} <= set(_BODIES)
 
 
@@ -33,3 +38,7 @@ def read(data: bytes) -> None:
     except ProtocolError:
         return
     assert kind.parse(body.to_bytes()) == body
+    for key in ("name", "software", "device_id", "instance_id"):
+        text = getattr(body, key, "")
+        assert text.isprintable(), (key, text)
+        assert len(text) <= _MOST_CHARACTERS, (key, text)

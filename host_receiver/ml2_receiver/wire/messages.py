@@ -251,6 +251,10 @@ class PairChallenge(JsonBody):
     name: str
     software: str
 
+    def __post_init__(self) -> None:
+        _check_text("name", self.name, _NAME_CHARACTERS)
+        _check_text("software", self.software, _ID_CHARACTERS)
+
 
 @dataclass(frozen=True)
 class Pair(JsonBody):
