@@ -13,15 +13,14 @@ from ml2_receiver.printable import printable
 
 from ..bags.bag_reader import Bag
 
+_HEADSET = (
+    "of a recording with several: the prefix of its topics, or the name of its receiver or device"
+)
+
 
 def add_headset(parser: argparse.ArgumentParser) -> None:
     """--headset of a command that reads a recording."""
-    parser.add_argument(
-        "--headset",
-        metavar="NAME",
-        help="of a recording with several: the prefix of its topics, or the name of its receiver"
-        " or device",
-    )
+    parser.add_argument("--headset", metavar="NAME", help=_HEADSET)
 
 
 def check_headset(headset: str | None) -> None:
