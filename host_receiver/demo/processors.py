@@ -1,4 +1,4 @@
-"""How busy the processors are that the demo may use."""
+"""Measures how busy the processors are that the demo may use."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _FULL_PERCENT = 90.0
 
 @dataclass(frozen=True)
 class Usage:
-    """What the usable processors have done since the machine's start, in seconds.
+    """Times of processors since the machine's start, in seconds.
 
     Attributes:
-        usable: processors that this process may run on.
-        existing: processors of the machine.
-        busy_s: work of all programs on the usable ones.
-        passed_s: busy and idle time of the usable ones.
+        usable: the number of processors that this process may use.
+        existing: the number of processors of the machine.
+        busy_s: the time that all programs had on the usable ones.
+        passed_s: that time and the idle time.
     """
 
     usable: int
@@ -28,7 +28,7 @@ class Usage:
 
 
 def usage() -> Usage:
-    """The present usage. Any thread."""
+    """Reads the present usage. Thread-safe."""
     every = psutil.cpu_times(percpu=True)
     usable = [every[index] for index in sorted(os.sched_getaffinity(0)) if index < len(every)]
     # The kernel counts a guest's time as its user's or nice's, too.
@@ -38,7 +38,7 @@ def usage() -> Usage:
 
 
 def warning(before: Usage, after: Usage) -> str | None:
-    """Says that the processors were full between two usages; None if they were not."""
+    """Returns a warning if the processors were full between two usages; None if they were not."""
     passed_s = after.passed_s - before.passed_s
     if passed_s <= 0:
         return None
@@ -50,7 +50,7 @@ def warning(before: Usage, after: Usage) -> str | None:
 
 
 class Load:
-    """The warning of the time in which messages arrive. One thread."""
+    """Warns if the processors are full while messages arrive. Not thread-safe."""
 
     def __init__(self) -> None:
         self._messages = 0
@@ -58,10 +58,13 @@ class Load:
         self._warning: str | None = None
 
     def note(self, messages: int) -> str | None:
-        """Measures up to now, if messages have arrived; returns the warning so far.
+        """Measures until now if messages have arrived since the last call.
 
         Args:
-            messages: how many have arrived since the start.
+            messages: the number since the start.
+
+        Returns:
+            the warning, or None, of the time until the last message.
         """
         if messages > self._messages:
             self._messages = messages

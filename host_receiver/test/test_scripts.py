@@ -1,4 +1,4 @@
-"""What the scripts of the checkout say where a machine lacks something."""
+"""The scripts of the checkout on machines that lack something: what they say."""
 
 import os
 import re
@@ -74,7 +74,7 @@ def run(checkout: Path, *words: str, user: int | None = None) -> tuple[int, list
 
 
 def lack(checkout: Path, package: str, group: str = "receiver") -> None:
-    """Has setup find that a Debian package is missing."""
+    """Makes setup find that a Debian package is missing."""
     with (checkout / "host_receiver/environment/debian-packages.txt").open("a") as table:
         table.write(f"{package} no-such-program {group}\n")
 

@@ -23,7 +23,7 @@ _STEPS: Mapping[tuple[str, ...], Callable[[Mode], Sequence[tuple[Scalar, ...]]]]
 
 
 _MODE = re.compile(r"(\d{1,6})x(\d{1,6})@(\d{1,6})", re.ASCII)
-# What a camera's parameter `mode` says in one.
+# The keys that a camera's parameter `mode` stands for.
 MODE_KEYS = ("resolution_width", "resolution_height", "update_rate")
 _EXAMPLE = "1280x720@30"
 
@@ -37,9 +37,11 @@ def mode_of(camera: str, values: Values) -> str:
 def without_modes(
     parameters: Parameters, sections: Mapping[str, Section]
 ) -> tuple[dict[str, Parameter], list[Problem]]:
-    """The parameters with each `<camera>.mode` as the three keys that it stands for.
+    """Replaces each `<camera>.mode` by the three keys that it stands for.
 
-    A mode that is none, or that says something else than a key beside it, is a problem.
+    Returns:
+        the parameters, and the problems: text that is no mode, and a mode that contradicts a key
+        which is given, too.
     """
     taken, problems = dict(parameters), []
     for section in sections.values():
@@ -62,7 +64,7 @@ def without_modes(
 
 
 def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Iterator[Problem]:
-    """Unknown sections, once each, unknown keys, and values their key cannot have at all."""
+    """Yields unknown sections, once each, unknown keys, and values that their key cannot have."""
     unknown_sections = set()
     for name, parameter in parameters.items():
         section, _, key = name.partition(".")
@@ -84,7 +86,7 @@ def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Ite
 
 
 def read_values(parameters: Parameters, sections: Mapping[str, Section]) -> dict[str, Scalar]:
-    """All values by "section.key", defaults included; those the key cannot have are left out.
+    """Returns all values by "section.key", defaults included, but none that its key cannot have.
 
     A number of a key of type "link" is a number, even if it is given as text.
     """
@@ -99,7 +101,7 @@ def read_values(parameters: Parameters, sections: Mapping[str, Section]) -> dict
 
 
 def camera_problems(section: Section, parameters: Parameters, values: Values) -> Iterator[Problem]:
-    """Values of a camera that are not legal together, each against those before it."""
+    """Yields values of a camera that are not legal together with those before them."""
     modes = section.modes
     context: list[str] = []
     seen: list[str] = []

@@ -16,20 +16,23 @@ from .yaml_tree import TreeLoader
 
 MAX_BYTES = 64 * 1024
 
-# This receiver, and the configuration node of the system it replaces.
+# The node of this receiver, and the configuration node of the thesis that it replaces.
 _NODE_NAMES = ("ml2_receiver", "config_ML_node")
-# ROS's names for all nodes; the last part of a path of namespaces, or the whole.
+# Names that stand for every node, alone or after namespaces.
 _ANY_NODE = ("**", "*")
-# What a node has for ROS, its publishers and its services; `ros2 param dump` writes it, too.
+# Parameters that are no keys of the configuration: rclpy's own, those of the QoS of publishers, and
+# those of the node's services. `ros2 param dump` writes them, too.
 _OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides", "record", "save")
 MAX_SHOWN = 60
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One value of the file: its line, the Python value, and the text to show for it.
+    """One value of the file.
 
-    `is_for_all` says that it stands under a wildcard, so that it may be meant for another node.
+    Attributes:
+        text: what to show of it.
+        is_for_all: it stands under a wildcard, so it may be meant for another node.
     """
 
     line: int
@@ -54,10 +57,10 @@ def expected_one_of(names: Collection[str], found: str) -> str:
 
 
 def read_parameters(data: bytes) -> tuple[dict[str, Parameter], list[Problem]]:
-    """The parameters by "section.key", and what is wrong around them.
+    """Returns the parameters by "section.key", and the problems of the file's structure.
 
-    What stands under other nodes is left out, as ROS does. A value under the node's name goes
-    before one under a wildcard. A section that has no keys, but a value, stands under its own name.
+    Parameters of other nodes are left out, as in ROS. A value under the node's name goes before one
+    under a wildcard. A section that has a value instead of keys is in the result by its own name.
 
     Raises:
         ConfigError: the file is no YAML mapping at all.
@@ -105,7 +108,7 @@ def is_of_ros(name: str) -> bool:
 
 
 def node_names(data: bytes) -> list[str]:
-    """The names of the nodes that the file is for, with their namespaces, right or wrong.
+    """Returns the names of all nodes in the file, with their namespaces.
 
     Raises:
         ConfigError: the file is no YAML mapping at all.
@@ -151,7 +154,7 @@ def _invalid(line: int, reason: object) -> ConfigError:
 
 @dataclass(frozen=True)
 class _Block:
-    """What stands under one node, whose name has its namespaces."""
+    """The parameters of one node; `node` is its name with its namespaces."""
 
     node: str
     key: Node
@@ -185,7 +188,7 @@ class _Block:
 
 
 def _blocks(root: MappingNode, namespace: str) -> Iterator[_Block]:
-    """The nodes; a name without parameters is a namespace, as in ROS."""
+    """Yields the nodes. A name without ros__parameters is a namespace, as in ROS."""
     for key, body in root.value:
         node = f"{namespace}/{_name(key).removeprefix('/')}"
         is_namespace = (
@@ -218,7 +221,7 @@ def _parameter(key: Node, value: Node) -> Parameter:
 
 
 def _value(node: Node) -> object:
-    """The value of a scalar; None for what no key can have."""
+    """Returns the value of a scalar; None if no key can have it."""
     if not isinstance(node, ScalarNode):
         return None
     try:

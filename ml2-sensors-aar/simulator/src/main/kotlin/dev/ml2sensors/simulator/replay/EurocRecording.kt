@@ -2,7 +2,7 @@ package dev.ml2sensors.simulator.replay
 
 import java.io.File
 
-/** Of the poses that a data set has, those of the body: EuRoC's, Monado's and TUM-VI's names. */
+/** The folder of the poses of the body, as EuRoC, Monado and TUM-VI name it. */
 private val GROUND_TRUTHS = listOf("state_groundtruth_estimate0", "gt", "mocap0")
 
 /**
