@@ -1,6 +1,6 @@
 """The page that lists every key of config.yaml and every stream."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from ml2_receiver.table.key_values import LINK_WORDS
 from ml2_receiver.table.stream_table import (
@@ -16,8 +16,9 @@ from ml2_receiver.wire.json_body import Scalar
 _INTRODUCTION = """# Configuration
 
 `config/config.yaml` is a ROS 2 parameter file: sections of keys under `/ml2_receiver:` and
-`ros__parameters:`. A missing key has its default. `ml2-receiver config check FILE` lists what is
-wrong in a file, or the topics that it starts.
+`ros__parameters:`. It shows every key with its default. A key that your file leaves out has that
+default, too: write only what you change. `ml2-receiver config check FILE` lists what is wrong in a
+file, or the topics that it starts.
 
 `config/generate.py` generates this page from `config/streams.yaml`. Sections with the same keys
 share a table.
@@ -82,25 +83,37 @@ def _table(header: str, rows: Iterable[Iterable[str]]) -> Iterator[str]:
 
 
 def _sections(table: StreamTable) -> Iterator[str]:
-    """Yields a heading, sentences and a table for all sections that are alike."""
-    groups: dict[tuple[str, tuple[Key, ...]], list[Section]] = {}
+    """Yields a heading, sentences and a table for all sections that are alike but for defaults."""
+    groups: dict[tuple[str, tuple[str, ...]], list[Section]] = {}
     for section in table.sections.values():
-        groups.setdefault((section.doc, tuple(section.keys.values())), []).append(section)
-    for (doc, keys), sections in groups.items():
+        groups.setdefault((section.doc, tuple(section.keys)), []).append(section)
+    for (doc, names), sections in groups.items():
         yield f"### {', '.join(section.id for section in sections)}\n"
         yield from [f"{doc}\n"] if doc else []
-        yield from _table("key|type|allowed|default|meaning", map(_row, keys))
+        rows = (_row(sections, name) for name in names)
+        yield from _table("key|type|allowed|default|meaning", rows)
         yield ""
-        for key in keys:
+        for key in sections[0].keys.values():
             topics = [it for section in sections for it in _switched_topics(table, section, key)]
             if topics:
-                names = ", ".join(f"`{name}`" for name in topics)
+                shown = ", ".join(f"`{name}`" for name in topics)
                 yield f"<details><summary>Topics of <code>{key.name}</code></summary>\n"
-                yield f"{names}\n\n</details>\n"
+                yield f"{shown}\n\n</details>\n"
 
 
-def _row(key: Key) -> tuple[str, ...]:
-    return f"`{key.name}`", key.type, _allowed(key), f"`{_yaml(key.default)}`", key.doc
+def _row(sections: Sequence[Section], name: str) -> tuple[str, ...]:
+    key = sections[0].keys[name]
+    return f"`{name}`", key.type, _allowed(key), _defaults(sections, name), key.doc
+
+
+def _defaults(sections: Sequence[Section], name: str) -> str:
+    """Returns the default of a key, with the names of the sections where it differs."""
+    having: dict[str, list[str]] = {}
+    for section in sections:
+        having.setdefault(f"`{_yaml(section.keys[name].default)}`", []).append(section.id)
+    if len(having) == 1:
+        return next(iter(having))
+    return "; ".join(f"{', '.join(ids)}: {default}" for default, ids in having.items())
 
 
 def _allowed(key: Key) -> str:

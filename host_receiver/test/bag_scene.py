@@ -8,6 +8,8 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
+
 from compressed_images import FORMAT, compressed_depth
 from fake_sink import FakeSink
 from ml2_receiver.recording.bag_folder import make_folder
@@ -23,7 +25,6 @@ from ml2_receiver.topics.plain_messages import encode_string
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
 from mock_device import MockDevice
-from numpy.typing import NDArray
 from ros_messages import compressed_image, header, mono_image, payload, transform
 
 PREFIX = "/magic_leap2"

@@ -10,7 +10,7 @@ import pytest
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo
 
-from calibrations import DOCUMENT, calibration_yaml
+from configurations import DOCUMENT, calibration_yaml
 from fake_sink import FakeSink
 from ml2_receiver.configuration.calibration import Calibration, load_calibration
 from ml2_receiver.errors import PublishError

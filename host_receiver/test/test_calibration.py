@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from calibrations import calibration_yaml
+from configurations import calibration_yaml
 from ml2_receiver.configuration.calibration import load_calibration
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.errors import CalibrationError, ConfigError

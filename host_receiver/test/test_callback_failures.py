@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
+
+from configurations import only
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.streams import Request
@@ -19,7 +21,7 @@ from ml2_receiver.ros.node import RosNode
 from ml2_receiver.ros.sink import RosSink
 from ml2_tools.live.diagnostics_node import DiagnosticsNode
 
-CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
+CONFIG = only("battery: {enabled: true}")
 NO_TYPE = 99
 
 

@@ -1,4 +1,4 @@
-"""What happens each second happens whatever the PC's clock or ROS's does."""
+"""/diagnostics goes on each second when the PC's clock steps back, or ROS's clock stands still."""
 
 import ctypes.util
 import shutil
@@ -9,17 +9,19 @@ from pathlib import Path
 
 import pytest
 
+from configurations import only
 from ros_messages import TYPES
 from ros_processes import Child, Receiver, Subscriber
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
+CONFIG = only("battery: {enabled: true}")
 TYPE = "diagnostic_msgs/msg/DiagnosticArray"
 SIM_TIME = ("--ros-args", "-p", "use_sim_time:=true")
 SAID = "use_sim_time is set: sensor stamps and /diagnostics stay in real time"
 ONE_HOUR_S = 3600
-# Steps the real-time clock of a process back once the file of STEPPED exists.
+# A library that steps the real-time clock of its process back by an hour, as soon as the file
+# exists that the environment variable STEPPED names.
 STEPPING = f"""
 #define _GNU_SOURCE
 #include <dlfcn.h>

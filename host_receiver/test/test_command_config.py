@@ -1,13 +1,18 @@
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
+from configurations import only
 from ml2_receiver.cli import main
 from refusals import refusal
 
 ROOT = Path(__file__).resolve().parents[2]
+
+type Check = Callable[..., Any]
 
 
 def test_a_good_file_lists_the_topics_it_starts(capsys: pytest.CaptureFixture[str]) -> None:
@@ -22,42 +27,39 @@ def test_a_good_file_lists_the_topics_it_starts(capsys: pytest.CaptureFixture[st
     assert printed.err == ""
 
 
-def test_topics_that_are_switched_off_are_not_listed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "config.yaml"
-    file.write_text(
-        "/**: {ros__parameters: {general: {topic_name: /lab},"
-        " depth_center: {enabled: true, flags: true}}}"
-    )
-    assert main(["config", "check", str(file)]) == 0
-    printed = capsys.readouterr().out
+@pytest.fixture
+def check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Check:
+    """Checks a file of these words; returns what is printed."""
+
+    def checked(text: str, *options: str, code: int = 0) -> Any:
+        file = tmp_path / "config.yaml"
+        file.write_text(text)
+        assert main(["config", "check", str(file), *options]) == code
+        return capsys.readouterr()
+
+    return checked
+
+
+def test_topics_that_are_switched_off_are_not_listed(check: Check) -> None:
+    depth = "depth_center: {enabled: true, flags: true}"
+    printed = check(only(f"general: {{topic_name: /lab}}, {depth}")).out
     assert "/lab/depth/flags" in printed
     assert "confidence" not in printed
 
 
-def test_what_is_for_another_node_is_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "config.yaml"
-    file.write_text(
+def test_what_is_for_another_node_is_said(tmp_path: Path, check: Check) -> None:
+    printed = check(
         "/**:\n  ros__parameters:\n    planner: {speed: 1}\n    gaze: {enabled: true}\n"
     )
-    assert main(["config", "check", str(file)]) == 0
-    printed = capsys.readouterr()
     assert "gaze" in printed.out
-    assert printed.err.startswith(
-        f"{file}:3: planner: ignored, since it is no section of this node"
-    )
+    said = f"{tmp_path / 'config.yaml'}:3: planner: ignored, since it is no section of this node"
+    assert printed.err.startswith(said)
 
 
-def test_a_bad_file_has_one_line_per_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bad_file_has_one_line_per_error(tmp_path: Path, check: Check) -> None:
     file = tmp_path / "config.yaml"
-    file.write_text("/**:\n  ros__parameters:\n    gaze: {enabled: 1}\n    tf: {layout: tree}\n")
-    assert main(["config", "check", str(file)]) == 2
-    printed = capsys.readouterr()
+    text = "/**:\n  ros__parameters:\n    gaze: {enabled: 1}\n    tf: {layout: tree}\n"
+    printed = check(text, code=2)
     assert printed.out == ""
     assert printed.err.splitlines() == [
         f"{file}:3: gaze.enabled: expected true or false, found 1",
@@ -71,11 +73,8 @@ def test_a_missing_file_is_one_error() -> None:
     assert said == "/no/such/file.yaml: cannot be read: No such file or directory\n"
 
 
-def test_a_good_file_is_told_to_scripts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "config.yaml"
-    file.write_text("/**: {ros__parameters: {world_left: {enabled: true}}}")
-    assert main(["config", "check", "--json", str(file)]) == 0
-    told = json.loads(capsys.readouterr().out)
+def test_a_good_file_is_told_to_scripts(check: Check) -> None:
+    told = json.loads(check(only("world_left: {enabled: true}"), "--json").out)
     assert told["prefix"] == "/magic_leap2"
     assert "/magic_leap2/world_left/image_raw" in told["streams"]["world_left"]["topics"]
     assert told["streams"]["world_left"]["values"]["update_rate"] == 30
@@ -104,21 +103,17 @@ GIVE_WAY = "leave it to the headset, which lowers"
     ],
 )
 def test_a_file_is_compared_with_what_the_link_carries(
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    check: Check,
     general: str,
     options: list[str],
     words: str,
     link: float | None,
     change: dict[str, str] | None,
 ) -> None:
-    file = tmp_path / "config.yaml"
-    file.write_text(f"/**: {{ros__parameters: {{{general}world_left: {{enabled: true}}}}}}")
-    assert main(["config", "check", str(file), *options]) == 0
-    first = capsys.readouterr().out.splitlines()[0]
+    text = only(f"{general}world_left: {{enabled: true}}")
+    first = check(text, *options).out.splitlines()[0]
     assert first.startswith(f"2 streams; images need about 248 Mbit/s{words}")
-    assert main(["config", "check", "--json", str(file), *options]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = json.loads(check(text, "--json", *options).out)
     assert (told["link_mbit_per_s"], told["change"]) == (link, change)
 
 

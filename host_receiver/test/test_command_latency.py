@@ -17,11 +17,12 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from rclpy.node import Node
 
+from configurations import only
 from ml2_tools.live.raw_taker import RawSubscription, RawTaker
 from ml2_tools.monitoring import latency_node
 
 MS = 1_000_000
-CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
+CONFIG = only("battery: {enabled: true}")
 
 
 def publishing(device: MockDevice) -> AbstractContextManager[None]:

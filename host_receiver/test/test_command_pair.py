@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from configurations import only
 from ml2_receiver.cli import main
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
@@ -15,7 +16,7 @@ from terminal import OnTerminal
 from test_pairing_listener import ERROR, PAIR, PAIRED, PairingScene, read, send
 from tls_device import Certificate
 
-CONFIG = "/**: {ros__parameters: {world_center: {enabled: false}, battery: {enabled: true}}}"
+CONFIG = only("battery: {enabled: true}")
 
 
 class Device(PairingScene):
@@ -148,7 +149,7 @@ def test_a_running_receiver_lets_in_who_is_paired_and_ends_who_is_not_any_more(
 
 def test_insecure_is_loud_and_asks_for_no_eye_images(tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
-    config.write_text(CONFIG.replace("battery", "eye_nasal_left: {enabled: true}, battery"))
+    config.write_text(f"{CONFIG}    eye_nasal_left: {{enabled: true}}\n")
     options = ("--no-ros", "--config", str(config), "--listen", "127.0.0.1:0", "--insecure")
     with Child("-m", "ml2_receiver", "record", str(tmp_path / "walk"), *options) as receiver:
         address = receiver.line().removeprefix("listening on ")

@@ -21,6 +21,7 @@ from bag_readers import (
     with_mcap_sequentially,
     with_rosbags,
 )
+from configurations import only
 from ml2_tools.bags.bag_reader import BagReader
 from mock_device import MockDevice
 from repeated import repeated
@@ -28,7 +29,7 @@ from ros_processes import Child, Recording, Subscriber
 from terminal import OnTerminal
 from waiting import LIMIT_S, await_true
 
-CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
+CONFIG = only("world_left: {enabled: true}, battery: {enabled: true}")
 IMAGE = "world_left/image_raw"
 _PERIOD_S = 0.005
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from configurations import only
 from ml2_receiver.cli import main
 from mock_device import MockDevice
 from refusals import refusal
@@ -11,12 +12,7 @@ from ros_processes import Child, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-CONFIG = """
-/**:
-  ros__parameters:
-    world_left: {enabled: true}
-    battery: {enabled: true}
-"""
+CONFIG = only("world_left: {enabled: true}, battery: {enabled: true}")
 
 
 def segments(process: int) -> list[Path]:
@@ -78,9 +74,9 @@ def test_an_address_has_a_port_that_there_is() -> None:
     ("section", "options", "words"),
     [
         ("", [], "images need about 248 Mbit/s"),
-        ("eye_nasal_left: {enabled: true}", [], "images need about 248 Mbit/s"),
+        ("eye_nasal_left: {enabled: true, format: Grayscale}", [], "images need about 248 Mbit/s"),
         (
-            "eye_nasal_left: {enabled: true}",
+            "eye_nasal_left: {enabled: true, format: Grayscale}",
             ["--insecure-eye-images"],
             "images need about 286 Mbit/s",
         ),

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
+from configurations import only
 from ml2_receiver.cli import main
 from ml2_receiver.table.reader import load_table
 from ml2_tools.products.product import Shared, all_products
@@ -26,14 +27,14 @@ TYPES = {
 }
 
 
-CONFIG = """
-/**:
-  ros__parameters:
-    world_left: {enabled: true}
-    world_right: {enabled: true, format: h264}
-    depth_center: {enabled: true, format: depth16, confidence: true}
-    hands: {enabled: true}
-"""
+CONFIG = only(
+    """
+    world_left: {enabled: true},
+    world_right: {enabled: true, format: h264},
+    depth_center: {enabled: true, format: depth16, confidence: true},
+    hands: {enabled: true},
+    """
+)
 
 
 def written(folder: Path, *options: str) -> Any:

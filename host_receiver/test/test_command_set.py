@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import bag_scene
+from configurations import only
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.config import load_config
 from mock_device import MockDevice
@@ -18,7 +19,7 @@ from waiting import LIMIT_S
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-CONFIG = "/**: {ros__parameters: {battery: {enabled: true}, world_left: {enabled: true}}}"
+CONFIG = only("battery: {enabled: true}, world_left: {enabled: true}")
 REFUSED = {
     "picture_center.update_rate=45": "expected update_rate to be one of",
     "world_left.enabled=perhaps": 'expected true or false, found "perhaps"',

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from configurations import only
 from mock_device import MockDevice
 from repeated import repeated
 from ros_processes import Child, Receiver, environment
@@ -24,12 +25,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from ml2_receiver.stop_limit import STOP_S
 
-CONFIG = """
-/**:
-  ros__parameters:
-    world_left: {enabled: true}
-    battery: {enabled: true}
-"""
+CONFIG = only("world_left: {enabled: true}, battery: {enabled: true}")
 COMMANDS = sorted({it.name for it in entry_points(group="ml2_receiver.commands")})
 LISTEN = "--name other --listen 127.0.0.1:0 --insecure"
 # Commands that go on until they are stopped, and what each says when it works.

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from configurations import only
 from ml2_receiver.wire.messages import StreamStatus
 from mock_device import MockDevice
 from ros_processes import Child, Receiver
@@ -13,7 +14,7 @@ from terminal import OnTerminal, plain
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-CONFIG = "/**: {ros__parameters: {battery: {enabled: true}, world_left: {enabled: true}}}"
+CONFIG = only("battery: {enabled: true}, world_left: {enabled: true}")
 BATTERY = "/magic_leap2/battery"
 IMAGE = "/magic_leap2/world_left/image_raw"
 

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import bag_scene
+from configurations import only
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
@@ -30,14 +31,14 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 from ml2_tools.live.diagnostics_node import DiagnosticsNode
 from waiting import LIMIT_S
 
-CONFIG = """
-/**:
-  ros__parameters:
-    world_left: {enabled: true}
-    depth_center: {enabled: true, format: depth16}
-    eye_nasal_left: {enabled: true}
+CONFIG = only(
+    """
+    world_left: {enabled: true},
+    depth_center: {enabled: true, format: depth16},
+    eye_nasal_left: {enabled: true},
     battery: {enabled: true}
-"""
+    """
+)
 WATCHED = "watched"
 WORLD = f"/{WATCHED}/magic_leap2/world_left/image_raw"
 EYE = f"/{WATCHED}/magic_leap2/eye_nasal_left/image_raw"

@@ -8,20 +8,21 @@ from collections.abc import Iterator
 import pytest
 
 import ros_messages
+from configurations import only
 from ml2_receiver.topics.plain_messages import encode_string
 from ml2_tools.compatibility.thesis import configuration_text, metadata_text
 from mock_device import MockDevice
 from repeated import repeated
 from ros_processes import Child
 
-CONFIG = """
-config_ML_node:
-  ros__parameters:
-    general: {topic_name: "/magic_leap2"}
-    world_center: {enabled: true}
-    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 720}
-    other_sensors: {enabled: true}
-"""
+CONFIG = only(
+    """
+    general: {topic_name: /magic_leap2},
+    world_center: {enabled: true},
+    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 720},
+    other_sensors: {enabled: true},
+    """
+)
 METADATA = {
     "stamp": {"sec": 1, "nanosec": 2},
     "frame_id": "world_center_optical_frame",

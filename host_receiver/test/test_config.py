@@ -7,6 +7,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from configurations import only_config
 from ml2_receiver.configuration.config import Config, load_config, parse_config
 from ml2_receiver.errors import ConfigError, Problem
 from ml2_receiver.wire.messages import Link
@@ -30,8 +31,8 @@ COLOR = {
 DEPTH = {(0, 1), (0, 5), (1, 5), (1, 25), (1, 30), (1, 50), (1, 60)}
 
 
-def parse(sections: Any) -> Config:
-    return parse_config(yaml.safe_dump({"/ml2_receiver": {"ros__parameters": sections}}).encode())
+def parse(sections: Any, node: str = "/ml2_receiver") -> Config:
+    return parse_config(yaml.safe_dump({node: {"ros__parameters": sections}}).encode())
 
 
 def problems(text: str | bytes) -> list[Problem]:
@@ -74,19 +75,33 @@ def test_enabling_everything_in_that_file_asks_for_its_sensors() -> None:
     }
 
 
-def test_the_default_file_starts_a_camera_and_the_inertial_units() -> None:
+def test_the_packaged_file_starts_a_camera_and_the_inertial_units() -> None:
     requests = load_config(ROOT / "config/config.yaml").requests
     assert {"world_center", "accel_left", "gyro_compute_pack", "light_sensor"} < set(requests)
     assert not any(stream.startswith("eye_") for stream in requests)
 
 
-def test_the_default_file_shows_every_key() -> None:
-    document = yaml.safe_load((ROOT / "config/config.yaml").read_text("utf-8"))
-    table = yaml.safe_load((ROOT / "config/streams.yaml").read_text("utf-8"))
-    shown = document["/ml2_receiver"]["ros__parameters"]
-    for name, section in table["sections"].items():
-        camera = ["enabled", *section["defaults"]] if "modes" in section else []
-        assert list(shown[name]) == [*camera, *section.get("keys", {})], name
+@pytest.mark.parametrize("node", ["/ml2_receiver", "/config_ML_node", "/**"])
+def test_a_key_that_is_left_out_means_what_the_packaged_file_says(node: str) -> None:
+    file = ROOT / "config/config.yaml"
+    packaged = yaml.safe_load(file.read_text("utf-8"))["/ml2_receiver"]["ros__parameters"]
+    expected = load_config(file).values
+    shown = [(section, key) for section, keys in packaged.items() for key in keys]
+    assert [".".join(it) for it in shown] == list(expected), "the file shows every key"
+    assert parse({}, node).values == expected
+    for section, left_out in shown:
+        rest = {key: value for key, value in packaged[section].items() if key != left_out}
+        assert parse({**packaged, section: rest}, node).values == expected, (section, left_out)
+
+
+def test_the_short_file_of_the_readme_means_compressed_images_and_inertial_units() -> None:
+    readme = (ROOT / "host_receiver/README.md").read_text("utf-8")
+    text = readme.partition("```yaml\n")[2].partition("```")[0]
+    config = parse_config(text.encode())
+    cameras = {id for id, it in config.requests.items() if "format" in it}
+    assert {id: config.requests[id]["format"] for id in cameras} == dict.fromkeys(cameras, "jpeg")
+    assert cameras == {"world_center", "world_left", "color"}
+    assert {"accel_left", "gyro_compute_pack", "light_sensor"} < set(config.requests)
 
 
 def test_the_demo_file_starts_everything_that_goes_together() -> None:
@@ -122,7 +137,7 @@ def test_values_of_another_section_travel_with_the_streams_that_need_them() -> N
 
 
 def test_without_any_stream_there_is_no_transform_tree() -> None:
-    assert parse({"tf": {"layout": "rig"}}).requests == {}
+    assert only_config("tf: {layout: rig}").requests == {}
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,13 @@ import json
 
 import pytest
 
+from configurations import only
 from mock_device import MockDevice
 from ros_processes import Child
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-CONFIG = "/**: {ros__parameters: {world_left: {enabled: true, format: jpeg, quality: 60}}}"
+CONFIG = only("world_left: {enabled: true, format: jpeg, quality: 60}")
 WORLD_MBIT_PER_S = 1016 * 1016e-6 * 1.1 * 30 * 0.65
 
 

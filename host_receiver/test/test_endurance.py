@@ -4,12 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from configurations import only
 from mock_device import MockDevice
 from ros_processes import Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
+CONFIG = only("battery: {enabled: true}")
 WARM_UP = 20
 RECONNECTS = 200
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from ml2_receiver.configuration.config import parse_config
+from configurations import only_config
 from ml2_receiver.configuration.settings import Settings
 from ml2_receiver.errors import ConfigError
 
@@ -13,7 +13,7 @@ EYES = [f"eye_{it}" for it in SIDES]
 
 
 def settings(sections: str = "battery: {enabled: true}") -> Settings:
-    return Settings.of(parse_config(f"/**: {{ros__parameters: {{{sections}}}}}".encode()))
+    return Settings.of(only_config(sections))
 
 
 def refusal(settings: Settings, changes: Mapping[str, object]) -> str:

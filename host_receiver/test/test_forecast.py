@@ -3,9 +3,9 @@
 from typing import Any
 
 import pytest
-import yaml
 
-from ml2_receiver.configuration.config import Config, parse_config
+from configurations import only_config
+from ml2_receiver.configuration.config import Config
 from ml2_receiver.configuration.forecast import images_mbit_per_s
 from ml2_receiver.configuration.settings import Settings, config_of
 from ml2_receiver.errors import ConfigError
@@ -15,8 +15,7 @@ WORLD_MPX, EYE_MPX, DEPTH_MPX = 1016 * 1016e-6, 0.16, 544 * 480e-6
 
 
 def config(**sections: dict[str, Any]) -> Config:
-    enabled = {id: {"enabled": True} | values for id, values in sections.items()}
-    return parse_config(yaml.safe_dump({"/**": {"ros__parameters": enabled}}).encode())
+    return only_config({id: {"enabled": True} | values for id, values in sections.items()})
 
 
 @pytest.mark.parametrize(

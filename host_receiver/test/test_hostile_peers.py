@@ -18,6 +18,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
+from configurations import only
 from ml2_receiver.ros.context import tool_node
 from ml2_tools.live.diagnostics_node import DiagnosticsNode
 from ml2_tools.monitoring.latency_node import LatencyNode
@@ -25,7 +26,7 @@ from test_viewing_hostile import HOSTILE_ROWS, PLAIN
 from waiting import LIMIT_S
 
 pytestmark = pytest.mark.usefixtures("ros_of_children")
-CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
+CONFIG = only("world_left: {enabled: true}, battery: {enabled: true}")
 TOPIC = "world_left/image_raw"
 HOSTILE = "hostile"
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from ml2_receiver.configuration.config import Config, parse_config
+from configurations import only_config
 from ml2_tools.doctor.link_finding import link_finding
 
 SESSION = {"state": "connected"}
@@ -103,16 +103,12 @@ def test_a_link_that_was_not_tried_is_no_more_than_what_arrives(
     }
 
 
-def config(text: str) -> Config:
-    return parse_config(f"/**: {{ros__parameters: {{{text}}}}}".encode())
-
-
 def row(stream: str, rate_hz: float, mbit_per_s: float, expected_hz: float = 30) -> dict[str, str]:
     numbers = {"rate_hz": rate_hz, "mbit_per_s": mbit_per_s, "expected_hz": expected_hz}
     return {"stream": stream} | {key: str(value) for key, value in numbers.items()}
 
 
-RAW = config("world_left: {enabled: true}, world_right: {enabled: true}")
+RAW = only_config("world_left: {enabled: true}, world_right: {enabled: true}")
 RAW_ROWS = {
     "session": SESSION,
     "/left": row("world_left", 30, 248),
@@ -152,7 +148,7 @@ def test_the_change_is_for_the_receiver_that_was_asked() -> None:
 
 def test_where_no_change_fits_images_give_way() -> None:
     """test_link_fit.py has what is said for each general.link."""
-    jpeg = config("general: {link: fixed}, world_left: {enabled: true, format: jpeg}")
+    jpeg = only_config("general: {link: fixed}, world_left: {enabled: true, format: jpeg}")
     rows = {"session": SESSION, "/left": row("world_left", 30, 34)}
     finding = link_finding(rows, tried(5.0, 10.0), jpeg)
     fix = "run `ml2-receiver set general.link=auto`: the headset then lowers quality and"
@@ -203,7 +199,7 @@ def test_what_is_lowered_is_told() -> None:
 
 def test_without_images_a_better_link_is_what_helps() -> None:
     imu = {"session": SESSION, "/imu": IMU_ROW | {"stream": "imu_left", "mbit_per_s": "10"}}
-    small = config("imu: {united: true}")
+    small = only_config("imu: {united: true}")
     assert link_finding(imu, tried(1.0, 5.0), small).fix.startswith("use Wi-Fi of 5 or 6 GHz")
 
 
@@ -222,6 +218,8 @@ def test_images_get_what_the_other_streams_leave() -> None:
 def test_what_other_nodes_write_is_no_number(text: str) -> None:
     hostile = dict.fromkeys((*IMAGE_ROW, "dropped.queue_full"), text) | {"stream": "world_left"}
     test = dict.fromkeys(tried(1.0, 1.0), text) | {"state": "measured"}
-    finding = link_finding({**ROWS, "/d": hostile}, test, config("world_left: {enabled: true}"))
+    finding = link_finding(
+        {**ROWS, "/d": hostile}, test, only_config("world_left: {enabled: true}")
+    )
     assert len(finding.found) < 500
     assert all(abs(it) < 1e16 for it in finding.numbers.values())

@@ -6,6 +6,7 @@ import subprocess
 from pathlib import Path
 
 import bag_scene
+from configurations import only
 from document import ROOT, blocks, commands
 from mock_device import MockDevice
 from repeated import repeated
@@ -13,7 +14,7 @@ from ros_processes import environment
 
 README = (ROOT / "README.md").read_text()
 COMMAND = "host_receiver/environment/run.sh python3 my_program.py"
-CONFIG = "/**: {ros__parameters: {world_center: {enabled: true, format: jpeg}}}"
+CONFIG = only("world_center: {enabled: true, format: jpeg}")
 
 
 def test_it_gets_images_of_a_headset(device: MockDevice, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 import yaml
+
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.messages import Link
@@ -19,7 +20,10 @@ CONFIG = """# mine
   ros__parameters:
     world_left:
       enabled: true  # the left one
+      format: Grayscale
     picture_center: {enabled: true}
+    world_center: {enabled: false}
+    other_sensors: {enabled: false}
 """
 COLOR = "picture_center"
 # What ROS alone refuses, and one value of those that test_settings.py has.

@@ -7,13 +7,14 @@ from socket import gethostname
 
 import pytest
 
+from configurations import only
 from mock_device import MockDevice
 from ros_processes import Child, Receiver, Subscriber
 from waiting import await_true
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-CONFIG = "/ml2_receiver: {ros__parameters: {world_left: {enabled: true}}}"
+CONFIG = only("world_left: {enabled: true}")
 _RUN = ("-m", "ml2_receiver", "run", "--listen", "127.0.0.1:0", "--insecure", "--config")
 
 
@@ -60,7 +61,7 @@ def test_a_contradiction_is_refused(config: Path, options: list[str], said: str)
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-CONFIG = "/ml2_receiver: {ros__parameters: {world_left: {enabled: true}}}"
+CONFIG = only("world_left: {enabled: true}")
 _SAID = "Start each with a --name of its own"
 
 

@@ -8,6 +8,7 @@ import yaml
 
 import bag_scene
 from bag_readers import digest, with_mcap, with_rosbags
+from configurations import only
 from ml2_tools.bags.bag_reader import BagReader
 from mock_device import MockDevice
 from ros_processes import Child, Client, Receiver
@@ -18,7 +19,7 @@ from ml2_tools.live.diagnostics import Rows, Values
 from ml2_tools.live.diagnostics_node import DiagnosticsNode
 from waiting import LIMIT_S
 
-CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
+CONFIG = only("world_left: {enabled: true}, battery: {enabled: true}")
 BATTERY, IMAGE = "/magic_leap2/battery", "/magic_leap2/world_left/image_raw"
 
 

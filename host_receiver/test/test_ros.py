@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from configurations import only
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Error, Start, StreamStatus
 from mock_device import MockDevice
@@ -18,7 +19,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 IMAGE = "/magic_leap2/world_left/image_raw"
 IMAGE_TYPE = "sensor_msgs/msg/Image"
 STRING = "std_msgs/msg/String"
-CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
+CONFIG = only("world_left: {enabled: true}, battery: {enabled: true}")
 
 
 def image(number: int, width: int = 1016, height: int = 1016) -> bytes:

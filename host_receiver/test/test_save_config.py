@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from configurations import only
 from ml2_receiver.configuration.config import load_config
 from mock_device import MockDevice
 from ros_processes import Client, Receiver
@@ -12,11 +13,7 @@ from ros_processes import Client, Receiver
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 EYES_IN_THE_CLEAR = "--insecure-eye-images"
-CONFIG = """# mine
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-"""
+CONFIG = f"# mine\n{only('world_left: {enabled: true}')}"
 EYE = "eye_nasal_left"
 ALLOWED = f"{CONFIG}    general: {{eye_cameras: allowed}}\n"
 

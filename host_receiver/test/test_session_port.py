@@ -5,12 +5,13 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+
+from configurations import only_config
 from fake_sink import FakeSink
 from free_port import reserve_port
 from ml2_receiver.commands import session_port
 from ml2_receiver.commands.receiving import new_server, running
 from ml2_receiver.commands.session_port import SessionPort
-from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import everywhere, text
 from mock_device import MockDevice
@@ -76,7 +77,7 @@ def test_eye_images_are_withheld_in_the_clear_unless_allowed(
 def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
     tmp_path: Path, port: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config = parse_config(b"/**: {ros__parameters: {battery: {enabled: true}}}")
+    config = only_config("battery: {enabled: true}")
     with SessionPort(options(tmp_path / "keys")) as way_in, ExitStack() as stack:
         server = new_server(way_in, config, FakeSink())
         stack.enter_context(running(server, way_in))

@@ -8,18 +8,19 @@ import yaml
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo
 
-from calibrations import DOCUMENT, calibration_yaml
+from configurations import DOCUMENT, calibration_yaml, only
 from ml2_receiver.configuration.config import load_config
 from mock_device import MockDevice
 from ros_messages import TYPES
 from ros_processes import Client, Subscriber
 
-CONFIG = """/**:
-  ros__parameters:
-    world_left: {enabled: true}
-    world_right: {enabled: true, calibration: right.yaml}
+CONFIG = only(
+    """
+    world_left: {enabled: true},
+    world_right: {enabled: true, calibration: right.yaml},
     picture_center: {enabled: true}
-"""
+    """
+)
 TYPE = "sensor_msgs/msg/CameraInfo"
 LEFT, RIGHT = "/magic_leap2/world_left", "/magic_leap2/world_right"
 INFO: dict[str, Any] = {

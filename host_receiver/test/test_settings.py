@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from ml2_receiver.configuration.config import parse_config
+from configurations import only_config
 from ml2_receiver.configuration.settings import Settings
 from ml2_receiver.errors import ConfigError
 from ml2_receiver.wire.messages import Link
@@ -14,7 +14,7 @@ COLOR = "picture_center"
 
 @pytest.fixture
 def settings() -> Settings:
-    return Settings.of(parse_config(b"/**: {ros__parameters: {picture_center: {enabled: true}}}"))
+    return Settings.of(only_config("picture_center: {enabled: true}"))
 
 
 def color(settings: Settings) -> Any:

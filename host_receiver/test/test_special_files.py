@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from configurations import only
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.configuration.whole_file import open_file, read_file, replace_file
@@ -15,7 +16,7 @@ from ml2_receiver.errors import ConfigError
 from ml2_tools.doctor.bundle import text_of
 from ros_processes import Child
 
-CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
+CONFIG = only("battery: {enabled: true}")
 KINDS = ["pipe", "terminal", "null", "zero", "folder", "link to a pipe"]
 
 

@@ -14,17 +14,14 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Task
 
+from configurations import only
 from ml2_receiver.ros.context import tool_node
 from ml2_receiver.ros.spinning import spin_until, wake
 from ml2_tools.live.receiver_client import ReceiverClient
 from ros_processes import Receiver
 from waiting import LIMIT_S
 
-CONFIG = """
-/**:
-  ros__parameters:
-    battery: {enabled: true}
-"""
+CONFIG = only("battery: {enabled: true}")
 # The number of objects of a Python program differs by so many from one moment to another.
 NOISE = 60
 

@@ -7,6 +7,7 @@ import pytest
 
 import bag_scene
 from command_line import with_subcommands
+from configurations import only
 from ml2_receiver import cli
 from ml2_receiver.commands.ros_start import ros_args_of, topic_remappings
 from mock_device import MockDevice
@@ -16,7 +17,7 @@ from ros_processes import Child, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-CONFIG = "/ml2_receiver: {ros__parameters: {battery: {enabled: true}}}"
+CONFIG = only("battery: {enabled: true}")
 
 
 @pytest.mark.parametrize(

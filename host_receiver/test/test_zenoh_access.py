@@ -11,6 +11,7 @@ from queue import SimpleQueue
 import pytest
 import zenoh
 
+from configurations import only
 from document import ROOT, blocks
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
@@ -192,7 +193,7 @@ def test_the_command_says_in_one_line_that_its_certificate_is_refused(
     sites: Sites, tmp_path: Path
 ) -> None:
     config = tmp_path / "config.yaml"
-    config.write_text("/**: {ros__parameters: {battery: {enabled: true}}}")
+    config.write_text(only("battery: {enabled: true}"))
     options = ("--insecure", "--listen", "127.0.0.1:0", "--config", str(config), "--no-ros")
     zenoh = ("--zenoh", sites.endpoint, "--zenoh-config", str(sites.file("stranger")))
     reason = f"Zenoh: {sites.endpoint} is not reached: TLS fails: tlsv1 alert unknown ca"

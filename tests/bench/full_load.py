@@ -20,19 +20,20 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from configurations import only
 from load_run import Loaded, draw_images, load_run
 from processes import ROOT, paired
 from simulation import STILL, raw_config
 
 RESULTS = ROOT / "build" / "bench"
 NAMES = ("robot1", "robot2", "robot3", "robot4")
-ONE_CAMERA = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-    other_sensors: {enabled: true}
-    head_pose: {enabled: true}
-"""
+ONE_CAMERA = only(
+    """
+    world_left: {enabled: true},
+    other_sensors: {enabled: true},
+    head_pose: {enabled: true},
+    """
+)
 
 
 def main(duration_s: float) -> None:

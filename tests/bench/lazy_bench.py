@@ -20,14 +20,11 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
 
+from configurations import only
+
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "build" / "bench" / "lazy_resume.json"
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-    publish: {lazy: true}
-"""
+CONFIG = only("world_left: {enabled: true}, publish: {lazy: true}")
 TOPIC = "/magic_leap2/world_left/image_raw"
 REPETITIONS = 15
 _PAUSE_S = 1.0

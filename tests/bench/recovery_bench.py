@@ -34,6 +34,7 @@ from rclpy.qos import qos_profile_sensor_data
 from rclpy.time import Time
 from sensor_msgs.msg import Imu
 
+from configurations import only
 from processes import (
     ON_LOOPBACK,
     PREFIX,
@@ -50,7 +51,7 @@ from proxy import Proxy
 type Child = subprocess.Popen[str]
 
 RESULTS = ROOT / "build" / "bench" / "recovery.json"
-CONFIG = "/**: {ros__parameters: {other_sensors: {enabled: true}}}\n"
+CONFIG = only("other_sensors: {enabled: true}")
 NAME = f"bench{os.getpid()}"
 TOPIC = f"/{NAME}{PREFIX}/gyro_left/imu"
 ANYWHERE = "127.0.0.1:0"

@@ -21,7 +21,7 @@ HEADSET = ROOT / "ml2-sensors-aar/simulator/ml2-headset"
 CONFIG = """
 /**:
   ros__parameters:
-    other_sensors: {enabled: true}
+    world_center: {enabled: false}
     battery: {enabled: true}
 """
 TOPICS = {"/magic_leap2/gyro_left/imu", "/magic_leap2/battery"}

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from left_out import left_out
+from ml2_receiver.configuration.config import load_config
+from ml2_receiver.table.stream_table import CAMERA_KEYS
 from waiting import LIMIT_S
 
 _CACHE = Path(__file__).resolve().parents[2] / "build/native/frame_cache"
@@ -34,13 +34,10 @@ def note(config: Path, options: Sequence[str]) -> Path | None:
     """
     if "--replay" in options:
         return None
-    nodes = yaml.safe_load(config.read_text()).values()
     cameras = {
-        section: {key: values.get(key) for key in ("stream", "update_rate", "backend", "format")}
-        | {key: values[key] for key in values if key.startswith("resolution")}
-        for node in nodes
-        for section, values in node["ros__parameters"].items()
-        if isinstance(values, dict) and values.get("enabled")
+        stream: {key: values[key] for key in (*CAMERA_KEYS, "backend")}
+        for stream, values in load_config(config).requests.items()
+        if "format" in values
     }
     text = json.dumps([cameras, _lasting(options)], sort_keys=True)
     return _CACHE / f"drawn-{hashlib.sha256(text.encode()).hexdigest()[:16]}"

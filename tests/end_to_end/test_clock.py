@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
+from configurations import only
 from processes import Received, receive
 from proxy import Proxy
 from simulated_truth import SimulatedTruth
@@ -41,9 +42,7 @@ def received(
 
     def run(jitter_s: float, folder: Path) -> Received:
         config = folder / "config.yaml"
-        config.write_text(
-            "/ml2_receiver:\n  ros__parameters:\n    other_sensors: {enabled: true}\n"
-        )
+        config.write_text(only("other_sensors: {enabled: true}"))
         link = (lambda address: Proxy(address, jitter_s=jitter_s)) if jitter_s else None
         return receive(config, ["--duration", "6"], folder, link)
 

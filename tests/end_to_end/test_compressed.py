@@ -15,19 +15,20 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
+from configurations import only
 from ml2_tools.images.pixels import pixels_of
 from other_programs import collect, streaming
 from processes import ROOT, Received
 from test_reconfiguration import service_client
 
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-    eye_nasal_left: {enabled: true}
-    depth_center: {enabled: true, confidence: true}
-    general: {link: fixed}
-"""
+CONFIG = only(
+    """
+    world_left: {enabled: true},
+    eye_nasal_left: {enabled: true},
+    depth_center: {enabled: true, confidence: true},
+    general: {link: fixed},
+    """
+)
 QUALITY = {"world_left": 90, "eye_nasal_left": 60}
 COMPRESSED = {
     "world_left.format": "jpeg",

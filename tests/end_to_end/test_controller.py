@@ -5,20 +5,17 @@ from __future__ import annotations
 import pytest
 
 from capture_stamps import stamp_ns
+from configurations import only
 from processes import Received, receive
 from transforms import moving
-
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    controller: {{enabled: true, backend: {}}}
-"""
 
 
 @pytest.fixture(scope="module", params=["sdk", "openxr"])
 def held(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Received:
     folder = tmp_path_factory.mktemp(request.param)
-    (folder / "config.yaml").write_text(CONFIG.format(request.param))
+    (folder / "config.yaml").write_text(
+        only(f"controller: {{enabled: true, backend: {request.param}}}")
+    )
     return receive(folder / "config.yaml", ["--duration", "6"], folder)
 
 

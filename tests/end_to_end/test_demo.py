@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import pytest
 
+from configurations import only
 from processes import PREFIX, ROOT, isolated_environment
 from shaped_link import why_not
 
@@ -19,7 +20,7 @@ DEMO = ROOT / "build" / "demo"
 
 def run_demo(folder: Path, sections: str, *options: str | Path) -> subprocess.CompletedProcess[str]:
     config = folder / "config.yaml"
-    config.write_text(f"/ml2_receiver:\n  ros__parameters: {{{sections}}}\n")
+    config.write_text(only(sections))
     command = [sys.executable, ROOT / "host_receiver" / "demo", "--config", config, *options]
     return subprocess.run(
         [str(word) for word in command],

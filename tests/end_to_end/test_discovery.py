@@ -8,6 +8,7 @@ import re
 import time
 from pathlib import Path
 
+from configurations import only
 from ml2_receiver.transport.discovery import FoundReceiver, find_receivers
 from processes import (
     ON_LOOPBACK,
@@ -20,7 +21,7 @@ from processes import (
 )
 from waiting import LIMIT_S
 
-CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}\n"
+CONFIG = only("battery: {enabled: true}")
 
 
 def announced(address: str) -> FoundReceiver:

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from configurations import only
 from counters import assert_counters_agree
 from processes import RECEIVER, Received, draw_images, headset_command
 from proxy import Proxy
@@ -18,12 +19,7 @@ from waiting import LIMIT_S
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 # One raw camera at 30 Hz, which is 248 Mbit/s, and small streams.
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-    other_sensors: {enabled: true}
-"""
+CONFIG = only("world_left: {enabled: true}, other_sensors: {enabled: true}")
 NEEDED_MBIT_PER_S = (240, 270)
 SLOW_BYTES_PER_S = 10e6
 

@@ -10,19 +10,20 @@ import pytest
 import yaml
 
 from capture_stamps import stamp_ns
+from configurations import only
 from other_programs import collect, streaming
 from processes import PREFIX, RECEIVER
 from transforms import transforms
 from waiting import LIMIT_S
 
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-    world_right: {enabled: true, calibration: right.yaml}
-    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960}
-    imu: {united: true}
-"""
+CONFIG = only(
+    """
+    world_left: {enabled: true},
+    world_right: {enabled: true, calibration: right.yaml},
+    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960},
+    imu: {united: true},
+    """
+)
 CALIBRATION = """
 image_width: 1016
 image_height: 1016

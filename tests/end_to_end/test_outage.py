@@ -6,16 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+from configurations import only
 from counters import assert_counters_agree
 from processes import PREFIX, draw_images, headset_command, line_with
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true, format: jpeg}
-    other_sensors: {enabled: true}
-"""
+CONFIG = only("world_left: {enabled: true, format: jpeg}, other_sensors: {enabled: true}")
 CAMERA = "android.permission.CAMERA"
 GRANT = "ml2-receiver headset grant world_left"
 # The running camera fails, and cannot be opened again for a while.

@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
+from configurations import only
 from euroc import Matrix
 from lenses import project_device, project_ros
 from markers import corners
@@ -21,12 +22,10 @@ from simulated_scene import Room, simulated_room
 from transforms import transforms
 from waiting import LIMIT_S
 
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960}
-    depth_center: {enabled: true, stream: 0, update_rate: 5, radial: RADIAL}
+SECTIONS = """
+    world_left: {enabled: true},
+    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960},
+    depth_center: {enabled: true, stream: 0, update_rate: 5, radial: RADIAL},
 """
 # So many messages of each topic are collected. A busy machine drops some of what they are made of,
 # so fewer have all that is asked for.
@@ -51,7 +50,7 @@ TOPICS = {
 def products(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Received:
     folder = tmp_path_factory.mktemp("products")
     config = folder / "config.yaml"
-    config.write_text(CONFIG.replace("RADIAL", request.param))
+    config.write_text(only(SECTIONS.replace("RADIAL", request.param)))
     return receive_products(config, folder)
 
 

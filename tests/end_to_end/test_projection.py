@@ -18,6 +18,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
+from configurations import only
 from euroc import Matrix
 from lenses import project_device, project_ros
 from markers import corners
@@ -27,15 +28,15 @@ from simulation import image_topic
 from transforms import transforms
 
 CAMERAS = ("world_left", "world_center", "world_right", "color")
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-    world_center: {enabled: true}
-    world_right: {enabled: true}
-    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960}
-    depth_center: {enabled: true, stream: 0, update_rate: 5}
-"""
+CONFIG = only(
+    """
+    world_left: {enabled: true},
+    world_center: {enabled: true},
+    world_right: {enabled: true},
+    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960},
+    depth_center: {enabled: true, stream: 0, update_rate: 5},
+    """
+)
 IMAGES = 12
 LEAST_CORNERS = 300
 LEAST_TAGS = 10

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from capture_stamps import stamp_ns
+from configurations import only
 from processes import (
     PREFIX,
     ROOT,
@@ -28,13 +29,13 @@ from processes import (
 )
 from simulation import STILL
 
-CONFIG = """
-/config_ML_node:
-  ros__parameters:
-    picture_center: {enabled: true, resolution_width: 640, resolution_height: 480}
-    depth_center: {enabled: true}
-    other_sensors: {enabled: true}
-"""
+CONFIG = only(
+    """
+    picture_center: {enabled: true, resolution_width: 640, resolution_height: 480},
+    depth_center: {enabled: true},
+    other_sensors: {enabled: true},
+    """
+)
 IMAGES = ("color/image_raw/compressed", "depth/image_raw")
 UNDISTURBED = ("color/image_raw/compressed", "color/camera_info", "gyro_left/imu")
 

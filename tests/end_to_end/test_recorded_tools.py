@@ -12,6 +12,7 @@ import cv2
 import pytest
 
 from capture_stamps import stamp_ns
+from configurations import only
 from euroc import rows
 from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.bags.decoding import decoder
@@ -26,13 +27,7 @@ from processes import (
 )
 from waiting import LIMIT_S
 
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-    world_right: {enabled: true}
-    imu: {united: true}
-"""
+CONFIG = only("world_left: {enabled: true}, world_right: {enabled: true}, imu: {united: true}")
 CAMERAS = {"cam0": "world_left", "cam1": "world_right"}
 NOISE = ["accelerometer-noise-density", "accelerometer-random-walk"]
 NOISE += ["gyroscope-noise-density", "gyroscope-random-walk"]

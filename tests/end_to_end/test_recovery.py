@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from configurations import only
 from counters import assert_counters_agree
 from processes import (
     PREFIX,
@@ -22,12 +23,7 @@ from processes import (
 from proxy import Proxy
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    eye_nasal_left: {enabled: true}
-    other_sensors: {enabled: true}
-"""
+CONFIG = only("eye_nasal_left: {enabled: true}, other_sensors: {enabled: true}")
 GYRO = f"{PREFIX}/gyro_left/imu"
 # Messages that were in flight when a link broke have arrived after this time.
 IN_FLIGHT_S = 0.5

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from configurations import only
 from ml2_receiver.table.reader import load_table
 from processes import (
     PLAINTEXT,
@@ -27,12 +28,7 @@ from processes import (
 )
 from proxy import Proxy
 
-CONFIG = """
-/**:
-  ros__parameters:
-    world_center: {enabled: true}
-    eye_nasal_left: {enabled: true}
-"""
+CONFIG = only("world_center: {enabled: true}, eye_nasal_left: {enabled: true}")
 IMAGE = "world_center/image_raw"
 EYE = "eye_nasal_left/image_raw"
 CHUNK_PIXELS = 32

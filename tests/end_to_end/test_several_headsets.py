@@ -6,6 +6,7 @@ import contextlib
 
 import pytest
 
+from configurations import only
 from processes import (
     PREFIX,
     Received,
@@ -22,12 +23,12 @@ from processes import (
 from simulation import STILL
 
 NAMES = ["robot1", "robot2", "robot3", "robot4"]
-CONFIG = """
-/**:
-  ros__parameters:
-    picture_center: {enabled: true, resolution_width: 640, resolution_height: 480}
-    head_pose: {enabled: true}
-"""
+CONFIG = only(
+    """
+    picture_center: {enabled: true, resolution_width: 640, resolution_height: 480},
+    head_pose: {enabled: true},
+    """
+)
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
+from configurations import only
 from counters import assert_counters_agree
 from full_load import FullLoad
 from processes import (
@@ -167,12 +168,13 @@ def test_every_message_is_received_or_counted_as_dropped(received: Received) -> 
 def variant(tmp_path_factory: pytest.TempPathFactory) -> Received:
     folder = tmp_path_factory.mktemp("variant")
     config = folder / "variant.yaml"
+    mixed_reality = "stream: 1, resolution_width: 648, resolution_height: 720"
     config.write_text(
-        "/ml2_receiver:\n  ros__parameters:\n"
-        "    picture_center: {enabled: true, stream: 1, resolution_width: 648, "
-        "resolution_height: 720, update_rate: 30, format: jpeg}\n"
-        "    depth_center: {enabled: true, stream: 0, update_rate: 5, format: DepthRaw}\n"
-        "    custom: {enabled: true}\n"
+        only(
+            f"picture_center: {{enabled: true, {mixed_reality}}},"
+            "depth_center: {enabled: true, stream: 0, update_rate: 5, format: DepthRaw},"
+            "custom: {enabled: true}"
+        )
     )
     return receive(config, ["--duration", "2"], folder)
 

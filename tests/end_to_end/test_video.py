@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 
 from capture_stamps import nanos, stamp_ns
+from configurations import only
 from ml2_tools.images.pixels import pixels_of
 from other_programs import collect, streaming
 from processes import (
@@ -35,19 +36,14 @@ from shaped_link import link, why_not
 from test_reconfiguration import service_client
 from waiting import LIMIT_S
 
-CONFIG = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true}
-    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 720}
-    general: {link: fixed}
-"""
-THIN = """
-/ml2_receiver:
-  ros__parameters:
-    world_left: {enabled: true, format: h264, bit_rate_mbit: 8}
-    general: {link: fixed}
-"""
+CONFIG = only(
+    """
+    world_left: {enabled: true},
+    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 720},
+    general: {link: fixed},
+    """
+)
+THIN = only("world_left: {enabled: true, format: h264, bit_rate_mbit: 8}, general: {link: fixed}")
 SIMULATION = {
     "trajectory": str(ROOT / "native" / "tests" / "still_head.tum"),
     "image_noise": "0",

@@ -152,7 +152,7 @@ def _camera_keys(modes: tuple[Mode, ...], defaults: Row) -> Iterator[Key]:
     sizes = {size for mode in modes for size in mode.resolutions}
     rates = {rate for mode in modes for rate in mode.rates}
     formats = {format for mode in modes for format in mode.formats}
-    yield Key("enabled", "bool", False, "Publish it.")
+    yield Key("enabled", "bool", defaults.get("enabled", False), "Publish it.")
     yield mode_key("stream", "integer", {mode.stream for mode in modes}, "Stream of the device.")
     yield mode_key("resolution_width", "integer", {width for width, _ in sizes}, "In pixels.")
     yield mode_key("resolution_height", "integer", {height for _, height in sizes}, "In pixels.")

@@ -8,7 +8,7 @@ namespace Ml2Sensors
 {
     /// <summary>
     /// The streams that run if the receiver does not choose, and whose permissions the app declares. Values that are not
-    /// listed have the defaults of the stream table.
+    /// listed are those of the first mode of the camera's section in the stream table, with images that the app can read.
     /// </summary>
     [CreateAssetMenu(menuName = "ML2 Sensors/Sensor Config", fileName = "Ml2SensorConfig")]
     public sealed class Ml2SensorConfig : ScriptableObject
@@ -38,7 +38,7 @@ namespace Ml2Sensors
         /// <summary>The stream.</summary>
         public StreamId Stream;
 
-        /// <summary>The values that differ from the defaults.</summary>
+        /// <summary>The values that differ from the first mode.</summary>
         [Tooltip("Keys such as resolution_width; docs/configuration.md lists them.")]
         public List<StreamValue> Values = new List<StreamValue>();
 

@@ -59,9 +59,20 @@ public fun StreamSpec.defaultValues(): StreamValues {
     return StreamValues(mode.stream, width, height, mode.rates.first(), mode.formats.first())
 }
 
+/** Returns these values, with the default ones of a stream's mode where they are missing. */
+internal fun StreamValues.orDefaultsOf(spec: StreamSpec): StreamValues = spec.defaultValues().let {
+    copy(
+        stream = stream ?: it.stream,
+        width = width ?: it.width,
+        height = height ?: it.height,
+        rateHz = rateHz ?: it.rateHz,
+        format = format ?: it.format,
+    )
+}
+
 /** Returns the topics that [values] enable, in the order of the table; a camera without a format has its default. */
 internal fun StreamSpec.topics(values: StreamValues): List<TopicSpec> {
-    val whole = values.copy(format = values.format ?: defaultValues().format)
+    val whole = values.orDefaultsOf(this)
     return topics.filter { whole.enables(it.condition) }
 }
 

@@ -5,7 +5,7 @@ import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.RefusedException
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.acceptedValues
-import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.source.orDefaultsOf
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.CoroutineScope
@@ -27,10 +27,10 @@ internal class LocalStreams(
     /** A stream that is wanted, and what the headset answers. */
     class Asked(val spec: StreamSpec, val values: StreamValues, val answer: Answer)
 
-    /** Asks for the streams [wanted], by id; empty values mean the stream's defaults. An unknown stream is null. */
+    /** Asks for the streams [wanted], by id; missing values are the stream's defaults. An unknown stream is null. */
     fun ask(wanted: Map<String, StreamValues>): Map<String, Asked?> = wanted.mapValues { (id, values) ->
         StreamTable.byId(id)?.let { spec ->
-            val requested = values.takeIf { StreamValues() != it } ?: spec.defaultValues()
+            val requested = values.orDefaultsOf(spec)
             Asked(spec, requested, headset.negotiate(spec, requested))
         }
     }

@@ -42,6 +42,16 @@ class LocalStreamsTest {
     }
 
     @Test
+    fun whatAStreamDoesNotSayIsItsFirstMode() = withStreamer(
+        mapOf("world_left" to StreamValues(stream = 1, quality = 60), "gyro_left" to StreamValues()),
+    ) { streamer ->
+        assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
+        val states = streamer.streams.value.mapValues { assertIs<StreamState.Accepted>(it.value).values }
+        assertEquals(StreamValues(1, 1016, 1016, 30, "Grayscale", quality = 60), states["world_left"])
+        assertEquals(StreamValues(), states["gyro_left"])
+    }
+
+    @Test
     fun whatCannotRunSaysWhy() {
         headset.answers[StreamTable.depth] = Answer.Refused("no depth here", "a.permission")
         withStreamer("depth", "no_stream") { streamer ->
@@ -122,8 +132,14 @@ class LocalStreamsTest {
 
     private fun now() = headset.clock.nowNanos()
 
-    private fun withStreamer(vararg ids: String, test: suspend (Ml2Streamer) -> Unit) = runBlocking<Unit> {
-        val streamer = Ml2Streamer(headset, nowhere, TransportSecurity.Insecure(), ids.associateWith { StreamValues() })
+    private fun withStreamer(vararg ids: String, test: suspend (Ml2Streamer) -> Unit) =
+        withStreamer(ids.associateWith { StreamValues() }, test)
+
+    private fun withStreamer(
+        wanted: Map<String, StreamValues>,
+        test: suspend (Ml2Streamer) -> Unit,
+    ) = runBlocking<Unit> {
+        val streamer = Ml2Streamer(headset, nowhere, TransportSecurity.Insecure(), wanted)
         try {
             streamer.start()
             test(streamer)
