@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -17,6 +18,7 @@ import pytest
 import zenoh
 
 import bag_scene
+from configurations import only
 from fake_sink import FakeSink
 from ml2_receiver.commands.zenoh_start import zenoh_output
 from ml2_receiver.configuration.config import parse_config
@@ -34,12 +36,7 @@ from ros_processes import Child, Receiver, Subscriber, environment
 from waiting import LIMIT_S, await_true
 from zenoh_peers import open_router
 
-CONFIG = """
-/**:
-  ros__parameters:
-    world_left: {enabled: true}
-    battery: {enabled: true}
-"""
+CONFIG = only("world_left: {enabled: true}, battery: {enabled: true}")
 # Runs the command where Python finds nothing of ROS.
 WITHOUT_ROS = """
 import sys
@@ -73,6 +70,21 @@ def without_ros(config: Path, endpoint: str, *options: str) -> Child:
     return Child("-c", WITHOUT_ROS, "run", *given, *options)
 
 
+def beside_ros(config: Path, endpoint: str, *options: str) -> Receiver:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    return Receiver(config, "--zenoh", endpoint, *options)
+
+
+@contextlib.contextmanager
+def streaming(config: Path, endpoint: str, *options: str) -> Iterator[MockDevice]:
+    """A device that streams to a receiver beside ROS, which has found the router."""
+    with beside_ros(config, endpoint, *options) as receiver:
+        receiver.await_error(f"Zenoh: connected to {endpoint}")
+        with MockDevice(receiver.address, says_ping=True) as device:
+            device.start()
+            yield device
+
+
 def test_without_ros_all_topics_and_diagnostics_are_on_zenoh(
     config: Path, endpoint: str, router: zenoh.Session
 ) -> None:
@@ -104,37 +116,41 @@ def test_without_ros_all_topics_and_diagnostics_are_on_zenoh(
 def test_beside_ros_both_get_the_same_bytes(
     config: Path, endpoint: str, router: zenoh.Session
 ) -> None:
-    pytest.importorskip("rclpy", reason="rclpy is not installed")
     samples: SimpleQueue[zenoh.Sample] = SimpleQueue()
     router.declare_subscriber(key("magic_leap2/battery"), samples.put)
-    with Receiver(config, "--zenoh", endpoint) as receiver:
-        receiver.await_error(f"Zenoh: connected to {endpoint}")
-        with MockDevice(receiver.address, says_ping=True) as device:
-            device.start()
-            with Subscriber("/magic_leap2/battery", "sensor_msgs/msg/BatteryState") as subscriber:
-                for number in itertools.count():
-                    device.publish("battery", bag_scene.battery(number))
-                    if subscriber.has_line(0.1):
-                        break
-                last = bag_scene.battery(5000)
-                device.publish("battery", last)
-                await_true(lambda: subscriber.message().startswith(last))  # DDS pads to 4 bytes
-            await_true(lambda: samples.get(timeout=LIMIT_S).payload.to_bytes() == last)
+    with streaming(config, endpoint) as device:
+        with Subscriber("/magic_leap2/battery", "sensor_msgs/msg/BatteryState") as subscriber:
+            for number in itertools.count():
+                device.publish("battery", bag_scene.battery(number))
+                if subscriber.has_line(0.1):
+                    break
+            last = bag_scene.battery(5000)
+            device.publish("battery", last)
+            await_true(lambda: subscriber.message().startswith(last))  # DDS pads to 4 bytes
+        await_true(lambda: samples.get(timeout=LIMIT_S).payload.to_bytes() == last)
 
 
 def test_remapped_topics_are_remapped_on_zenoh_too(
     config: Path, endpoint: str, router: zenoh.Session
 ) -> None:
-    pytest.importorskip("rclpy", reason="rclpy is not installed")
     samples: SimpleQueue[zenoh.Sample] = SimpleQueue()
     router.declare_subscriber(key("robot1/charge"), samples.put)
     remapping = ("--ros-args", "-r", "/robot1/magic_leap2/battery:=charge")
-    with Receiver(config, "--zenoh", endpoint, "--name", "robot1", *remapping) as receiver:
+    with streaming(config, endpoint, "--name", "robot1", *remapping) as device:
+        sent = bag_scene.battery(5)
+        assert await_sample(samples, lambda _: device.publish("battery", sent)) == sent
+
+
+@pytest.mark.parametrize("start", [beside_ros, without_ros])
+def test_a_renamed_node_has_its_name_in_the_graph_of_zenoh(
+    config: Path, endpoint: str, router: zenoh.Session, start: Callable[..., Child]
+) -> None:
+    node = ("-r", "__node:=headset", "-r", "__ns:=/robot1")
+    with start(config, endpoint, "--ros-args", *node) as receiver:
         receiver.await_error(f"Zenoh: connected to {endpoint}")
-        with MockDevice(receiver.address, says_ping=True) as device:
-            device.start()
-            sent = bag_scene.battery(5)
-            assert await_sample(samples, lambda _: device.publish("battery", sent)) == sent
+        tokens = [it.ok.key_expr for it in router.liveliness().get("@ros2_lv/**") if it.ok]
+        assert tokens
+        assert {tuple(str(it).split("/")[7:9]) for it in tokens} == {("%robot1", "headset")}
 
 
 def test_only_with_lazy_streams_without_subscribers_on_zenoh_pause(
@@ -311,7 +327,7 @@ def test_plaintext_to_another_machine_is_warned_of(
 ) -> None:
     options = argparse.Namespace(zenoh=endpoint, zenoh_config=None)
     sinks, control = FanOut([FakeSink()]), create_autospec(Control)
-    zenoh_output(options, parse_config(CONFIG.encode()), sinks, control)
+    zenoh_output(options, parse_config(CONFIG.encode()), sinks, control, "it")
     error = capsys.readouterr().err
     assert (f"WARNING: {endpoint.partition('#')[0]}: no encryption" in error) == is_warned
     assert "iface" not in error

@@ -23,6 +23,7 @@ _WITHOUT_VALUE = (*_REMAP, "--ros-args", "--")
 _IDENTITY = re.compile(r"(?:[^:]*:)?__(ns|node|name):=")
 _NODE_IN_RULE = re.compile(r"^\w+:(?!=|//)")
 _NAMESPACE = re.compile(r"(?:[^:]*:)?__ns:=/?(.*)")
+_RENAMED = re.compile(r"(?:[^:]*:)?__(?:node|name):=([A-Za-z_]\w*)", re.ASCII)
 
 
 @contextmanager
@@ -68,6 +69,11 @@ def topic_remappings(ros_args: Sequence[str]) -> list[str]:
     """Returns the remappings of topics and services among the node's arguments, for others."""
     rules = [_NODE_IN_RULE.sub("", it) for flag, it in pairwise(ros_args) if flag in _REMAP]
     return [word for it in rules if not it.startswith("__") for word in ("-r", it)]
+
+
+def node_name(ros_args: Sequence[str]) -> str:
+    """Returns the name that the node has with these arguments, without its namespace."""
+    return next((it[1] for word in ros_args if (it := _RENAMED.fullmatch(word))), "ml2_receiver")
 
 
 def _check_unneeded(ros_args: Sequence[str]) -> None:

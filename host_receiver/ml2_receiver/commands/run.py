@@ -10,7 +10,7 @@ from ..topics.fan_out import FanOut
 from .options import Subparsers
 from .printed_events import PrintedEvents
 from .receiving import add_options, config_file, load, new_server, ros_node, running
-from .ros_start import topic_remappings
+from .ros_start import node_name, topic_remappings
 from .session_port import SessionPort
 from .stopping import stop_signal
 from .view_beside import view_beside
@@ -63,8 +63,9 @@ def _run(options: argparse.Namespace) -> int:
             from ..ros.sink import RosSink
 
             stack.enter_context(RosSink(node, server, file, sink.use, sinks))
+        name = node_name(options.ros_args) if node is None else node.name
         remapped = str if node is None else node.remapped
-        if (zenoh := zenoh_output(options, config, sinks, server, remapped)) is not None:
+        if (zenoh := zenoh_output(options, config, sinks, server, name, remapped)) is not None:
             stack.enter_context(zenoh)
         stack.enter_context(running(server, port))
         print(f"listening on {server.address}", flush=True)

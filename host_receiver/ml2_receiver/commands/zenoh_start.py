@@ -91,12 +91,14 @@ def zenoh_output(
     config: Config,
     sinks: FanOut,
     control: Control,
+    node: str,
     remapped: Callable[[str], str] = str,
 ) -> "ZenohOutput | None":
     """Returns the output, to be entered, or None without --zenoh.
 
     Args:
-        remapped: returns the name of a topic after the remappings of ROS's arguments.
+        node: its name after the remappings of ROS's arguments.
+        remapped: returns the name of a topic after them.
 
     Raises:
         PackageError: a package of the extra `zenoh` is not installed.
@@ -119,7 +121,7 @@ def zenoh_output(
     if not _PRIVATE.fullmatch(options.zenoh):
         router = options.zenoh.partition("#")[0]
         print(_PLAINTEXT.format(router), file=sys.stderr, flush=True)
-    identity = Identity(config.name, config.prefix, _domain(), remapped)
+    identity = Identity(config.name, config.prefix, _domain(), remapped, node)
     return ZenohOutput(session, options.zenoh, identity, load_table(), sinks, control)
 
 

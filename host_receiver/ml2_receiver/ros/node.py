@@ -57,6 +57,11 @@ class RosNode:
         """The identifier of ROS's middleware, such as "rmw_fastrtps_cpp"."""
         return rclpy.utilities.get_rmw_implementation_identifier()
 
+    @property
+    def name(self) -> str:
+        """The name of the node, without its namespace, after the remappings of ROS's arguments."""
+        return str(self.parameters.get_name())
+
     def remapped(self, topic: str) -> str:
         """Returns the name under which the node publishes a topic. Any thread may call it."""
         return self.parameters.resolve_topic_name(topic)

@@ -10,13 +10,15 @@ from ..errors import ZenohError, file_hint
 
 # A put waits for room in the queue, and all lanes of the headset would wait with it. An image has
 # several of the queue's batches of 64 KiB, and images of several cameras come at the same time.
+# On a busy machine a wait of 2 ms loses more images than one of 5 ms. One of 50 ms, as in rmw_zenoh,
+# loses as many, but holds a put for 40 ms (docs/sites.md).
 _DEFAULTS = {
     "mode": "client",
     "scouting/multicast/enabled": False,
     "timestamping/enabled": True,  # latched topics need it
     "transport/unicast/open_timeout": 2000,
     "transport/link/tx/queue/size/data_low": 16,
-    "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": 2000,
+    "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": 5000,
 }
 
 

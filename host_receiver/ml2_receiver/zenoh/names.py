@@ -16,7 +16,7 @@ from ..table.stream_table import Qos
 _GID_BYTES = 16
 _ATTACHMENT = struct.Struct(f"<qqB{_GID_BYTES}s")
 _DEFAULT_DEPTH = 42
-_NODE = "ml2_receiver"
+NODE_NAME = "ml2_receiver"
 
 
 @dataclass(frozen=True)
@@ -53,17 +53,19 @@ class TopicName:
 
 @dataclass(frozen=True)
 class Node:
-    """The node `ml2_receiver`.
+    """A node.
 
     Attributes:
         domain: the ROS domain id.
         session: the id of the Zenoh session, in hexadecimal digits.
         receiver: as in --name, the node's namespace; may be empty.
+        name: after the remappings of ROS's arguments.
     """
 
     domain: int
     session: str
     receiver: str
+    name: str = NODE_NAME
 
     def token(self) -> str:
         """Returns the liveliness token of the node."""
@@ -75,7 +77,7 @@ class Node:
 
     def _token(self, number: int, kind: str) -> str:
         namespace = _without_slashes(f"/{self.receiver}")
-        return f"@ros2_lv/{self.domain}/{self.session}/0/{number}/{kind}/%/{namespace}/{_NODE}"
+        return f"@ros2_lv/{self.domain}/{self.session}/0/{number}/{kind}/%/{namespace}/{self.name}"
 
 
 def gid(token: str) -> bytes:

@@ -17,6 +17,7 @@ from ..topics.control import Control
 from ..topics.diagnostics import Diagnostics, security_row
 from ..topics.fan_out import FanOut
 from ..topics.plain_messages import encode_statuses
+from .names import NODE_NAME
 from .sink import ZenohSink
 from .unreachable import why_unreachable
 
@@ -34,12 +35,14 @@ class Identity:
         prefix: of the relative topics.
         domain: the ROS domain id.
         remapped: returns the name of a topic after the remappings of ROS's arguments.
+        node: its name after them.
     """
 
     receiver: str
     prefix: str
     domain: int
     remapped: Callable[[str], str] = str
+    node: str = NODE_NAME
 
 
 class ZenohOutput:
@@ -119,6 +122,7 @@ class ZenohOutput:
             mine.domain,
             lambda: self._news.put("demand"),
             mine.remapped,
+            mine.node,
         )
 
     def _follow(self, session: zenoh.Session, sink: ZenohSink) -> None:

@@ -14,7 +14,7 @@ from ..session.sink import Applied, Publish
 from ..table.stream_table import Qos, StreamTable, Topic
 from ..topics.config_topic import config_text
 from ..topics.plain_messages import encode_string
-from .names import Node, TopicName
+from .names import NODE_NAME, Node, TopicName
 from .publisher import ZenohPublisher
 
 _DIAGNOSTICS = TopicName("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(10))
@@ -31,6 +31,7 @@ class ZenohSink:
         demand_changed: called when topics have come or gone, and by a thread of Zenoh when a
             topic's first subscriber has come, or its last one gone; returns at once.
         remapped: returns the name of a topic after the remappings of ROS's arguments.
+        node: its name after them.
 
     Raises:
         PublishError: Zenoh does not take the names.
@@ -45,11 +46,12 @@ class ZenohSink:
         domain: int,
         demand_changed: Callable[[], None],
         remapped: Callable[[str], str] = str,
+        node: str = NODE_NAME,
     ) -> None:
         self._session, self._table, self._prefix = session, table, prefix
         self._demand_changed = demand_changed
         self._remapped = remapped
-        self._node = Node(domain, str(session.zid()), receiver)
+        self._node = Node(domain, str(session.zid()), receiver, node)
         self._token = session.liveliness().declare_token(self._node.token())
         self._lock = threading.Lock()
         self._count = 0
