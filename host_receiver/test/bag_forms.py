@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -126,8 +127,26 @@ def with_rosbags(
 
 def like_rosbag2(folder: Path, rows: Rows) -> None:
     """Two splits whose names do not tell their order, and metadata.yaml that does."""
-    split(folder, rows, "walk_10.mcap", "walk_9.mcap")
-    information = {"relative_file_paths": ["walk_10.mcap", "walk_9.mcap"], "compression_mode": ""}
+    names = ["walk_10.mcap", "walk_9.mcap"]
+    split(folder, rows, *names)
+    counts = Counter((it.topic, it.type) for it in rows)
+    topics = [
+        {"topic_metadata": {"name": topic, "type": type, "serialization_format": "cdr",
+            "offered_qos_profiles": ""}, "message_count": count}
+        for (topic, type), count in counts.items()
+    ]  # fmt: skip
+    information = {
+        "version": 5,
+        "storage_identifier": "mcap",
+        "relative_file_paths": names,
+        "duration": {"nanoseconds": rows[-1].time_ns - rows[0].time_ns},
+        "starting_time": {"nanoseconds_since_epoch": rows[0].time_ns},
+        "message_count": len(rows),
+        "topics_with_message_count": topics,
+        "compression_format": "",
+        "compression_mode": "",
+        "files": [],
+    }
     document = yaml.safe_dump({"rosbag2_bagfile_information": information})
     (folder / "metadata.yaml").write_text(document)
 
@@ -176,7 +195,7 @@ def _with_others(folder: Path, rows: Rows) -> None:
         text("/magic_leap2/custom/config", '{"headset": "h", "session": "s", "streams": {}}'),
         text("/magic_leap2/custom/metadata", "no JSON"),
         text("/notes", "{}", encoding="json"),
-        Row("/raw", "", BEGIN_NS, bytes(8)),
+        Row("/raw", "", BEGIN_NS, b"\0\1" + bytes(6)),
     ]
     write(folder / "a.mcap", [*others, *rows])
 

@@ -1,11 +1,13 @@
-"""Each command that reads a recording, on each form: all messages, each once."""
+"""Every command that reads recordings finds each message once, in whatever form it is."""
 
 from __future__ import annotations
 
 import csv
 import json
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from mcap.exceptions import McapError
@@ -16,12 +18,13 @@ from bag_forms import FORMS, NOISE, REQUEST, Row, sound_rows
 from ml2_receiver.cli import main
 from ml2_tools.bags.indexed_bag import History, IndexedBag
 from ml2_tools.evaluation.sequence import read_sequence
+from ml2_tools.viewing.recorded_source import RecordedSource
 from playback_scene import played
 from sound_bag import IMAGES, IMU, METADATA, PREFIX
 
 ROWS = sound_rows()
 COUNTS = Counter(it.topic for it in ROWS)
-# What rosbags reads: single files, whose index has all channels or none.
+# The forms that rosbags reads: an index that has all channels or none, and files that follow.
 OF_ROSBAGS = [
     "zstd",
     "lz4",
@@ -35,6 +38,7 @@ OF_ROSBAGS = [
     "no summary",
     "rosbags",
     "rosbags, compressed",
+    "rosbag2",
 ]
 
 
@@ -65,21 +69,37 @@ def test_the_forms_have_what_the_library_of_mcap_reads_from_end_to_end(folder: P
     assert Counter(it.topic for it in found if it.topic in COUNTS) == COUNTS
 
 
+@pytest.fixture
+def inspected(capsys: pytest.CaptureFixture[str]) -> Callable[[Path], Any]:
+    """Inspects a recording; returns the number of messages by topic, and the checks."""
+
+    def inspected(folder: Path) -> Any:
+        assert main(["inspect", str(folder), "--json"]) == 0
+        checks = json.loads(capsys.readouterr().out)
+        counts = {
+            it["topic"]: it["figures"]["messages"] for it in checks if it["check"] == "messages"
+        }
+        return counts, checks
+
+    return inspected
+
+
 @pytest.mark.parametrize("form", OF_ROSBAGS)
-def test_rosbags_counts_the_same(form: str, tmp_path: Path) -> None:
-    FORMS[form](tmp_path / "walk", ROWS)
-    (file,) = (tmp_path / "walk").glob("*.mcap")
-    with Reader(file) as reader:
+def test_inspect_counts_what_rosbags_counts(
+    form: str, tmp_path: Path, inspected: Callable[[Path], Any]
+) -> None:
+    folder = tmp_path / "walk"
+    FORMS[form](folder, ROWS)
+    whole = folder if (folder / "metadata.yaml").exists() else next(folder.glob("*.mcap"))
+    with Reader(whole) as reader:
         theirs = Counter(connection.topic for connection, _, _ in reader.messages())
-    assert theirs == IndexedBag(tmp_path / "walk").counts == COUNTS
+    assert theirs == inspected(folder)[0] == COUNTS
 
 
 def test_inspect_counts_every_message_and_finds_nothing_wrong(
-    folder: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, inspected: Callable[[Path], Any]
 ) -> None:
-    assert main(["inspect", str(folder), "--json"]) == 0
-    checks = json.loads(capsys.readouterr().out)
-    counts = {it["topic"]: it["figures"]["messages"] for it in checks if it["check"] == "messages"}
+    counts, checks = inspected(folder)
     assert {topic: counts[topic] for topic in COUNTS} == COUNTS
     assert all(it["verdict"] == "ok" for it in checks if it["topic"] in COUNTS)
 
@@ -118,6 +138,9 @@ def test_view_finds_every_message_at_its_time(folder: Path) -> None:
     assert {topic: bag.counts[topic] for topic in COUNTS} == COUNTS
     assert [it.payload for it in bag.after(0) if it.topic == IMU] == payloads(IMU)
     assert (bag.begin_ns, bag.end_ns) == (ROWS[0].time_ns, max(it.time_ns for it in ROWS))
+    page = RecordedSource(folder)
+    assert page.offer.length_s == (bag.end_ns - bag.begin_ns) / 1e9
+    assert (page.left_out, page.apart) == (bag.left_out, [])
     middle_ns = ROWS[len(ROWS) // 2].time_ns
     for topic in (IMU, IMAGES, METADATA):
         newest = [it.payload for it in ROWS if it.topic == topic and it.time_ns <= middle_ns][-7:]

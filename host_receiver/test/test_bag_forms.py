@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import random
 import struct
 import tracemalloc
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,11 +16,13 @@ from mcap.writer import CompressionType, IndexType
 from rosbags.rosbag2 import CompressionMode
 
 from bag_forms import STRING, Mcap, Row, Rows, sound_rows, split, text, with_rosbags, write
+from ml2_receiver.cli import main
 from ml2_receiver.errors import RecordingError
-from ml2_tools.bags import mcap_file
+from ml2_tools.bags import bag_reader, mcap_file
 from ml2_tools.bags.bag_reader import Bag, BagReader
 from ml2_tools.bags.indexed_bag import IndexedBag
 from refusals import refusal
+from ros_messages import TYPES
 from sound_bag import BEGIN_NS, IMU, PREFIX
 
 ROWS = sound_rows()
@@ -32,7 +36,9 @@ def read(path: Path) -> tuple[int, list[str]]:
     return sum(1 for _ in bag.messages()), bag.left_out
 
 
-@pytest.mark.parametrize("name", ["plain", "date_stamped", "app_topic_config", "lz4"])
+@pytest.mark.parametrize(
+    "name", ["plain", "date_stamped", "app_topic_config", "lz4", "no_repeated_channels"]
+)
 def test_recordings_from_the_field_are_whole(name: str) -> None:
     if not FIELD.exists():
         pytest.skip("there are none")
@@ -95,6 +101,20 @@ def _metadata(folder: Path, files: object, mode: str = "") -> None:
     information = {"relative_file_paths": files, "compression_mode": mode}
     document = yaml.safe_dump({"rosbag2_bagfile_information": information})
     (folder / "metadata.yaml").write_text(document)
+
+
+def test_files_with_a_pause_between_may_be_two_recordings_and_that_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    later_ns = 2 * 3600 * 10**9 + ROWS[-1].time_ns - ROWS[0].time_ns
+    write(tmp_path / "b.mcap", ROWS)
+    write(tmp_path / "a.mcap", [replace(it, time_ns=it.time_ns + later_ns) for it in ROWS])
+    main(["inspect", str(tmp_path)])
+    said = "a.mcap begins 2:00:00 h after b.mcap ends; name one of them if they are two recordings"
+    assert capsys.readouterr().err.startswith(f"note: {said}\n")
+    assert read(tmp_path) == (2 * len(ROWS), [])
+    _metadata(tmp_path, ["b.mcap", "a.mcap"])
+    assert not Bag(tmp_path).apart
 
 
 @pytest.mark.parametrize("of", [slice(None), slice(400, None), slice(400), slice(100, 500)])
@@ -234,12 +254,34 @@ def test_what_follows_the_end_of_a_recording_is_said(tmp_path: Path) -> None:
 def test_what_is_too_large_is_not_supported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, of: str
 ) -> None:
-    large = [Row("/a", STRING, BEGIN_NS, bytes(5000))]
+    large = [Row("/a", STRING, BEGIN_NS, bytes([0, 1, *bytes(4998)]))]
     none = CompressionType.NONE
     write(tmp_path / "a.mcap", large, compression=none, use_chunking=of == "chunk")
     monkeypatch.setattr(mcap_file, "MAX_RECORD_BYTES", 4000)
     with pytest.raises(RecordingError, match=rf"not supported: .* {of} of 5\d* B, at most 4000"):
         list(Bag(tmp_path).messages())
+
+
+def test_big_endian_messages_are_not_supported(tmp_path: Path) -> None:
+    message = TYPES.deserialize_cdr(ROWS[-1].payload, ROWS[-1].type)
+    big = bytes(TYPES.serialize_cdr(message, ROWS[-1].type, little_endian=False))
+    write(tmp_path / "a.mcap", [*ROWS, replace(ROWS[-1], payload=big)])
+    said = f"not supported: {tmp_path / 'a.mcap'} has {ROWS[-1].topic} in big-endian CDR"
+    assert said in refusal("inspect", tmp_path)
+
+
+def test_chunks_that_overlap_beyond_the_memory_for_them_are_not_supported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in a file whose messages are in no order at all."""
+    shuffled = random.Random(1).sample(ROWS, len(ROWS))
+    write(tmp_path / "a.mcap", shuffled, chunk_size=1000)
+    assert read(tmp_path) == (len(ROWS), [])
+    monkeypatch.setattr(bag_reader, "_MOST_WAITING_BYTES", 50_000)
+    with pytest.raises(RecordingError, match=r"chunks of .* that overlap in time, at most 50000"):
+        list(Bag(tmp_path).messages())
+    write(tmp_path / "a.mcap", ROWS, chunk_size=1000)
+    assert read(tmp_path) == (len(ROWS), [])
 
 
 def test_a_large_attachment_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -313,7 +355,7 @@ def _in_two_files(folder: Path, rows: Rows) -> None:
 def test_memory_does_not_grow_with_the_recording(
     tmp_path: Path, form: Callable[[Path, Rows], None]
 ) -> None:
-    payload = bytes(200_000)
+    payload = b"\0\1" + bytes(199_998)
     form(tmp_path, [Row("/a", STRING, BEGIN_NS + n, payload) for n in range(400)])
     tracemalloc.start()
     count, _ = read(tmp_path)

@@ -150,15 +150,16 @@ def test_it_stops_when_told_to(tmp_path: Path, scene: Scene) -> None:
     ("payload", "words"),
     [
         (bytes([0, 1, 0, 0]) + bytes(64 * 1024), "expected at most 65536"),
-        (bytes([0, 0, 0, 0, 1]), "is not little-endian CDR"),
+        (bytes([0, 0, 0, 0, 1]), "has /p/battery in big-endian CDR"),
+        (bytes([0, 9, 0, 0, 1]), "is not little-endian CDR"),
     ],
 )
 def test_a_message_that_no_receiver_takes_ends_the_playback(
     tmp_path: Path, scene: Scene, payload: bytes, words: str
 ) -> None:
-    player = a_player(tmp_path, [("/p/battery", 1, payload)], FakeSession(), a_timeline())
+    messages = [("/p/battery", 1, payload)]
     with pytest.raises(RecordingError, match=words):
-        player.play(scene.stopping)
+        a_player(tmp_path, messages, FakeSession(), a_timeline()).play(scene.stopping)
 
 
 def test_what_is_no_recording_is_refused_with_the_reason(tmp_path: Path) -> None:

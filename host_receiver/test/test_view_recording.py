@@ -75,7 +75,7 @@ def is_grey(found: Picture, level: int) -> bool:
 def test_its_frames_tell_the_name_of_the_receiver(room: Path, tmp_path: Path) -> None:
     assert RecordedSource(room).receiver == "robot1"
     types = {"/tf": "tf2_msgs/msg/TFMessage"}
-    for number, payload in enumerate((tf(0), b"", bytes(8))):
+    for number, payload in enumerate((tf(0), b"", b"\0\1" + bytes(6))):
         folder = tmp_path / str(number)
         written(folder, [("/tf", 1, payload)], types, prefix="/lab/magic_leap2")
         assert RecordedSource(folder).receiver == ""

@@ -6,8 +6,11 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import timedelta
 from pathlib import Path
 from typing import NamedTuple
+
+from ml2_receiver.errors import RecordingError
 
 from .bag_files import bag_files, messages_compressed
 from .bag_topics import BagTopics
@@ -16,6 +19,12 @@ from .headsets import Headset, choose, config_topics
 from .mcap_file import Part, read_contents, read_messages
 
 _NEVER = (1 << 64, 0)  # times have 64 bits
+# The begin of a payload of CDR.
+_BIG_ENDIAN = b"\0\0"
+# A pause between files that nobody says belong together.
+_APART_NS = 60_000_000_000
+# Of messages in memory, since parts overlap.
+_MOST_WAITING_BYTES = 2 << 30
 
 
 @dataclass(frozen=True)
@@ -107,6 +116,28 @@ class Bag:
         words = [f"{copies} messages that another file has, too"] if copies else []
         return [*self._notes, *self._topics.left_out(), *words]
 
+    @property
+    def apart(self) -> list[str]:
+        """Where files may be of several recordings, since a pause is between them, in words.
+
+        With metadata.yaml they are of one.
+        """
+        if len(self._files) < 2 or (self._path / "metadata.yaml").exists():
+            return []
+        found, last = [], None
+        for it in self._parts:
+            pause_ns = 0 if last is None else it.begin_ns - last.part.end_ns
+            if last is not None and pause_ns > _APART_NS and it.file != last.file:
+                names = self._files[it.file].name, self._files[last.file].name
+                pause = timedelta(seconds=pause_ns // 1_000_000_000)
+                found.append(
+                    f"{names[0]} begins {pause} h after {names[1]} ends; name one of them if they"
+                    " are two recordings"
+                )
+            if last is None or it.part.end_ns >= last.part.end_ns:
+                last = it
+        return found
+
     def messages(self) -> Iterator[BagMessage]:
         """Yields all messages in the order of their times; checks CRCs.
 
@@ -137,15 +168,25 @@ class Bag:
         """Yields the messages of parts, which are in the order of their beginnings."""
         copies = copies or Copies()
         waiting: list[tuple[int, int, int, int, BagMessage]] = []
+        waiting_bytes = 0
         begins = [*(it[:2] for it in parts[1:]), _NEVER]
         for it, following in zip(parts, begins, strict=False):
+            read = self._read(it)
             waiting += (
                 (message.time_ns, it.number, place, it.file, message)
-                for place, message in enumerate(self._read(it))
+                for place, message in enumerate(read)
             )
             waiting.sort()
             ready = waiting[: bisect_left(waiting, following, key=_place_of)]
             del waiting[: len(ready)]
+            waiting_bytes += sum(len(it.payload) for it in read)
+            waiting_bytes -= sum(len(it[-1].payload) for it in ready)
+            if waiting_bytes > _MOST_WAITING_BYTES:
+                raise RecordingError(
+                    f"not supported: {self._path} has chunks of {waiting_bytes} B that overlap in"
+                    f" time, at most {_MOST_WAITING_BYTES} B are",
+                    hint="`mcap sort` writes its messages in the order of time.",
+                )
             for time_ns, _, _, file, message in ready:
                 if self._may_have_copies:
                     copies.at(time_ns)
@@ -162,6 +203,11 @@ class Bag:
                 if record.data.startswith(ZSTD_MAGIC):
                     raise messages_compressed(file)
                 name = names[record.channel_id]
+                if record.data.startswith(_BIG_ENDIAN):
+                    raise RecordingError(
+                        f"not supported: {file} has {name} in big-endian CDR; little-endian is",
+                        hint="Convert it on the machine that recorded it.",
+                    )
                 found.append(BagMessage(name, record.log_time, record.data))
         return found
 

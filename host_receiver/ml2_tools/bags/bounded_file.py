@@ -7,8 +7,8 @@ from pathlib import Path
 
 from ml2_receiver.errors import RecordingError
 
-# Of a record that is read, and of a chunk that is unpacked. `ml2-receiver record` ends a chunk with
-# the message that makes it larger than 4 MiB; other programs make some of 100 MB.
+# The largest record that is read, and the largest chunk after unpacking. Chunks of `ml2-receiver
+# record` have 4 MiB and the rest of a message; those of other programs may have 100 MB.
 MAX_RECORD_BYTES = 256 * 1024 * 1024
 
 

@@ -20,7 +20,7 @@ from ml2_receiver.commands.stopping import go_on, stop_signal
 from ..errors import EvaluationError
 from ..export.kalibr import CAMERAS
 from .optional_packages import optional_packages
-from .reading import add_headset, check_headset, say_left_out
+from .reading import add_headset, check_headset, say_apart, say_left_out
 
 if TYPE_CHECKING:
     from ..evaluation.evaluation import Evaluation
@@ -113,11 +113,13 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
     if options.trajectory is not None:
         estimate = read_trajectory(options.trajectory)
         sequence = read_sequence(options.bag, options.camera, options.headset)
+        say_apart(sequence.apart)
         say_left_out(sequence.left_out)
         name = options.trajectory.name
         return evaluate_estimate(sequence, options.camera, name, estimate, truth)
     if not options.live:
         sequence = read_sequence(options.bag, options.camera, options.headset)
+        say_apart(sequence.apart)
         say_left_out(sequence.left_out)
         with _progress() as progress:
             return evaluate(sequence, options.camera, truth, progress)

@@ -14,7 +14,7 @@ from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
 from ..export.rig import Rig
 from .live import PATIENCE_S
 from .optional_packages import optional_packages
-from .reading import add_headset, check_headset, progress, say_left_out
+from .reading import add_headset, check_headset, progress, say_apart, say_left_out
 
 _IMUS = ("imu_left", "imu_right", "imu_compute_pack")
 _NOISE = {
@@ -95,6 +95,7 @@ def _run(options: argparse.Namespace) -> int:
     if reader is not None and options.euroc is not None:
         _export_euroc(options.euroc, reader, rig, topic, noise)
     if reader is not None:
+        say_apart(reader.apart)
         say_left_out(reader.left_out)
     return 0
 

@@ -12,7 +12,7 @@ from ml2_receiver.json_text import json_text
 from ..bags.bag_reader import Bag, BagReader
 from ..inspection.inspection import as_objects, inspect, worst
 from ..inspection.table import integrity_table, problems
-from .reading import add_headset, progress, say_left_out
+from .reading import add_headset, progress, say_apart, say_left_out
 
 _WIDTH = 160
 _EPILOG = """\
@@ -45,6 +45,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     is_one_chosen = options.headset is not None
     bag: Bag = BagReader(options.bag, options.headset) if is_one_chosen else Bag(options.bag)
+    say_apart(bag.apart)
     with progress(bag, "reading") as on_bytes:
         checks = inspect(bag, on_bytes)
     say_left_out(bag.left_out)

@@ -28,7 +28,7 @@ from ..playback.player import Player
 from ..playback.session import Session
 from ..playback.timeline import Timeline
 from .keys import LEFT, RIGHT, Keys
-from .reading import add_headset, say_left_out
+from .reading import add_headset, say_apart, say_left_out
 
 _REDRAWS_PER_SECOND = 2.0
 _POLL_S = 0.1
@@ -108,6 +108,7 @@ def _run(options: argparse.Namespace) -> int:
         raise PlaybackError("--start-paused needs a terminal, because the space bar ends the pause")
     stopping = stop_signal()
     reader, table = BagReader(options.bag, options.headset), load_table()
+    say_apart(reader.apart)
     repertoire = Repertoire.of(reader, table, options.topics)
     timeline = _timeline(reader, options)
     identity = None if options.insecure else Identity.of(options.keys)

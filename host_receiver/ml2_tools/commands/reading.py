@@ -42,6 +42,12 @@ def say_left_out(left_out: Iterable[str]) -> None:
         print(f"left out: {printable(words)}", file=sys.stderr, flush=True)
 
 
+def say_apart(apart: Iterable[str]) -> None:
+    """Says on stderr that a recording may be several ones."""
+    for words in apart:
+        print(f"note: {printable(words)}", file=sys.stderr, flush=True)
+
+
 @contextmanager
 def progress(bag: Bag, label: str) -> Iterator[Callable[[int], None]]:
     """Shows a bar on stderr; yields a function to call with the length of each payload."""

@@ -24,7 +24,7 @@ from ml2_receiver.transport.listener import everywhere, listen
 
 from .live import PATIENCE_S, diagnostics_node
 from .optional_packages import optional_packages
-from .reading import add_headset, check_headset, say_left_out
+from .reading import add_headset, check_headset, say_apart, say_left_out
 
 if TYPE_CHECKING:
     from ..viewing.requests import Steered
@@ -147,6 +147,7 @@ def _recorded(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
             hint="Leave out the one or the other.",
         )
     source = RecordedSource(options.bag, options.headset)
+    say_apart(source.apart)
     say_left_out(source.left_out)
     view = View(source, source.receiver, options.eyes)
     try:

@@ -35,6 +35,7 @@ class Sequence:
         stamps_ns: the stamps of the images that arrived.
         reference: the poses of the optical frame in the world by /tf; stamps rise.
         left_out: what the recording has and was not read, in words.
+        apart: where it may be another recording, in words.
     """
 
     bag: Path
@@ -45,6 +46,7 @@ class Sequence:
     stamps_ns: list[int]
     reference: Trajectory
     left_out: Iterable[str] = ()
+    apart: Iterable[str] = ()
 
     def images(self) -> Images:
         """Reads the images from the recording, one at a time.
@@ -94,7 +96,7 @@ def read_sequence(bag: Path, camera: str, headset: str | None = None) -> Sequenc
     parts = Parts(reader.prefix, camera, reader.types.get)
     for message in reader.messages():
         parts.take(message.topic, message.payload)
-    return replace(parts.sequence(bag), left_out=reader.left_out)
+    return replace(parts.sequence(bag), left_out=reader.left_out, apart=reader.apart)
 
 
 class Parts:

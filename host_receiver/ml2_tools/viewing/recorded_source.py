@@ -50,6 +50,7 @@ class RecordedSource:
 
     Attributes:
         left_out: what the recording has and is not shown, in words.
+        apart: where it may be another recording, in words.
 
     Raises:
         RecordingError: the recording cannot be read.
@@ -66,7 +67,7 @@ class RecordedSource:
             "length": f"{self._length_s:.0f} s",
             "size": f"{self._bag.size_bytes / 1e6:.1f} MB",
         }
-        self.left_out = self._bag.left_out
+        self.left_out, self.apart = self._bag.left_out, self._bag.apart
         self._timeline = Timeline(self._begin_ns, self._begin_ns, 1, is_paused=False)
         # All messages until this time were shown.
         self._shown_ns = self._begin_ns
