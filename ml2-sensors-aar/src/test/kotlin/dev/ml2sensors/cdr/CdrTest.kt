@@ -1,6 +1,7 @@
 package dev.ml2sensors.cdr
 
 import dev.ml2sensors.message.CameraInfo
+import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.message.TFMessage
@@ -9,9 +10,12 @@ import kotlinx.serialization.ExperimentalSerializationApi
 import kotlinx.serialization.KSerializer
 import kotlinx.serialization.Serializable
 import kotlinx.serialization.SerializationException
+import kotlinx.serialization.builtins.ByteArraySerializer
+import kotlinx.serialization.builtins.FloatArraySerializer
 import kotlinx.serialization.builtins.ListSerializer
 import kotlinx.serialization.builtins.serializer
 import org.junit.jupiter.api.Test
+import java.lang.management.ManagementFactory
 import java.nio.ByteBuffer
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
@@ -398,5 +402,61 @@ class CdrTest {
         val bytes = Cdr.encodeToByteArray(ListSerializer(String.serializer()), listOf(text, text))
         assertTrue(bytes.size > 200_000)
         assertEquals(listOf(text, text), Cdr.decodeFromByteArray(ListSerializer(String.serializer()), bytes))
+    }
+
+    @Serializable
+    class PointField(val name: String, val offset: UInt, val datatype: UByte, val count: UInt)
+
+    @Serializable
+    class PointCloud2<Bytes>(
+        val header: Header,
+        val height: UInt,
+        val width: UInt,
+        val fields: List<PointField>,
+        val isBigendian: Boolean,
+        val pointStep: UInt,
+        val rowStep: UInt,
+        val data: Bytes,
+        val isDense: Boolean,
+    )
+
+    @Test
+    fun aCloudOfAMegabyteIsReadInLessThanAMillisecond() {
+        val fields = List(4) { PointField("xyzi".substring(it, it + 1), it.toUInt() * 4u, 7u, 1u) }
+        val header = Header(Time(1, 2u), "lidar")
+        val cloud = PointCloud2(header, 1u, 65_536u, fields, false, 16u, MEGABYTE.toUInt(), ByteArray(MEGABYTE), true)
+        val bytes = Cdr.encodeToByteArray(PointCloud2.serializer(ByteArraySerializer()), cloud)
+        assertEquals("44s44[s414]b44[1]b", layout(PointCloud2.serializer(ByteSequenceSerializer)))
+        val message = ByteBuffer.allocateDirect(bytes.size).put(bytes).flip()
+        for ((serializer, copied) in listOf(ByteSequenceSerializer to 0, ByteArraySerializer() to MEGABYTE)) {
+            val (nanos, allocated) = medianOfDecoding(PointCloud2.serializer(serializer), message)
+            assertTrue(nanos < 1_000_000, "$nanos ns")
+            assertTrue(allocated in copied..<copied + 4_000, "$allocated bytes")
+        }
+    }
+
+    @Test
+    fun aMegabyteOfNumbersIsReadInLessThanAMillisecond() {
+        val bytes = Cdr.encodeToByteArray(FloatArraySerializer(), FloatArray(MEGABYTE / Float.SIZE_BYTES))
+        val (nanos, allocated) = medianOfDecoding(FloatArraySerializer(), ByteBuffer.wrap(bytes))
+        assertTrue(nanos < 1_000_000, "$nanos ns")
+        assertTrue(allocated in MEGABYTE..<MEGABYTE + 4_000, "$allocated bytes")
+    }
+
+    /** Of the time in ns, and of the bytes that are allocated. */
+    private fun medianOfDecoding(serializer: KSerializer<*>, message: ByteBuffer): Pair<Long, Long> {
+        val threads = ManagementFactory.getThreadMXBean() as com.sun.management.ThreadMXBean
+        val decodings =
+            List(501) {
+                val allocated = threads.currentThreadAllocatedBytes
+                val began = System.nanoTime()
+                Cdr.decode(serializer, message)
+                System.nanoTime() - began to threads.currentThreadAllocatedBytes - allocated
+            }
+        return decodings.map { it.first }.sorted()[250] to decodings.map { it.second }.sorted()[250]
+    }
+
+    private companion object {
+        const val MEGABYTE = 1 shl 20
     }
 }
