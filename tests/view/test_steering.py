@@ -106,13 +106,13 @@ def test_a_refused_change_is_explained_beside_the_control(page: Page) -> None:
 
 def test_what_was_changed_on_this_page_is_saved_and_nothing_else(page: Page, lab: Lab) -> None:
     toolbar, save = page.get_by_role("toolbar"), page.get_by_role("button", name="Save changes")
-    row(page, "light_sensor").get_by_role("checkbox").uncheck()
-    expect(row(page, "light_sensor")).not_to_have_attribute("aria-busy", "true")
+    row(page, "pressure").get_by_role("checkbox").uncheck()
+    expect(row(page, "pressure")).not_to_have_attribute("aria-busy", "true")
     set_layout(lab, "rig")
     save.click()
     expect(toolbar).to_contain_text("Save changes: written to ")
     saved = load_config(lab.folder / "config.yaml").values
-    assert (saved["light_sensor.enabled"], saved["tf.layout"]) == (False, "flat")
+    assert (saved["pressure.enabled"], saved["tf.layout"]) == (False, "flat")
     save.click()
     expect(toolbar).to_contain_text("not as in the file are tf.layout")
     set_layout(lab, "flat")
