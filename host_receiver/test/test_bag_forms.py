@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import struct
 import tracemalloc
@@ -95,6 +96,35 @@ def test_what_was_unpacked_is_read_for_its_packed_file(
     if has_metadata:
         _metadata(tmp_path, ["a.mcap.zstd"], "FILE")
     assert read(tmp_path) == (len(ROWS), [])
+
+
+ALIASES = """
+a: &a {x: 1}
+b: &b {<<: [*a, *a, *a, *a, *a, *a, *a, *a, *a]}
+rosbag2_bagfile_information: {relative_file_paths: [a.mcap], compression_mode: [*b, *b]}
+"""
+
+
+def test_metadata_with_aliases_are_refused(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", ROWS)
+    (tmp_path / "metadata.yaml").write_text(ALIASES)
+    with pytest.raises(RecordingError, match="names no files: found an alias"):
+        read(tmp_path)
+
+
+def test_metadata_have_a_bounded_size(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", ROWS)
+    with (tmp_path / "metadata.yaml").open("wb") as file:
+        file.truncate(1 << 40)
+    with pytest.raises(RecordingError, match="names no files: expected at most"):
+        read(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["metadata.yaml", "a.mcap"])
+def test_a_pipe_in_a_recording_is_refused_at_once(tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(RecordingError, match=f"cannot read .*{name}: expected a regular file"):
+        read(tmp_path)
 
 
 def _metadata(folder: Path, files: object, mode: str = "") -> None:

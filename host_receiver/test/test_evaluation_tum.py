@@ -1,5 +1,6 @@
 """TUM files, written and read back."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -45,3 +46,9 @@ def test_a_wrong_line_is_told(tmp_path: Path, text: str, said: str) -> None:
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
     with pytest.raises(EvaluationError, match="No such file"):
         read_tum(tmp_path / "none.tum")
+
+
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(EvaluationError, match="pipe: expected a regular file"):
+        read_tum(tmp_path / "pipe")

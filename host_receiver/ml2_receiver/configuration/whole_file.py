@@ -4,8 +4,8 @@ import os
 import stat
 import tempfile
 from contextlib import suppress
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 _EXPECTED = "expected a regular file"
 
@@ -20,7 +20,7 @@ def read_file(path: Path, most_bytes: int) -> bytes:
         return file.read(most_bytes + 1)
 
 
-def open_file(path: Path) -> BinaryIO:
+def open_file(path: Path) -> BufferedReader:
     """Opens a regular file for reading; never waits.
 
     For paths that others name: opening a named pipe or a terminal would wait for its other end.

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import yaml
 
+from ml2_receiver.configuration.whole_file import read_file
 from ml2_receiver.errors import RecordingError
 
 from .foreign_formats import unsupported_by_name
 
 _SUFFIX = ".mcap"
+_MOST_METADATA_BYTES = 16 << 20
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def bag_files(path: Path) -> tuple[list[Path], list[str]]:
@@ -57,8 +61,7 @@ def _named(folder: Path) -> list[Path] | None:
     """The files that metadata.yaml names, once each; None without one."""
     metadata = folder / "metadata.yaml"
     try:
-        document = yaml.load(metadata.read_bytes(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-        information = document["rosbag2_bagfile_information"]
+        information = _document(metadata)["rosbag2_bagfile_information"]
         named = information["relative_file_paths"]
         files = [_unpacked(_in_folder(folder, name)) for name in named]
         mode = str(information.get("compression_mode", "")).upper()
@@ -82,6 +85,16 @@ def _named(folder: Path) -> list[Path] | None:
                 hint="Bring it back, or remove metadata.yaml to read the other files.",
             )
     return list(dict.fromkeys(files)) or None
+
+
+def _document(metadata: Path) -> Any:
+    data = read_file(metadata, _MOST_METADATA_BYTES)
+    if len(data) > _MOST_METADATA_BYTES:
+        raise ValueError(f"expected at most {_MOST_METADATA_BYTES} B")
+    # A few bytes of aliases can stand for gigabytes.
+    if any(isinstance(it, yaml.AliasEvent) for it in yaml.parse(data, _LOADER)):
+        raise ValueError("found an alias, which rosbag2 does not write")
+    return yaml.load(data, _LOADER)
 
 
 def _in_folder(folder: Path, name: str) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
+from ml2_receiver.configuration import whole_file
 from ml2_receiver.errors import RecordingError
 
 # The largest record that is read, and the largest chunk after unpacking. Chunks of `ml2-receiver
@@ -28,6 +29,6 @@ def open_file(path: Path) -> BoundedFile:
         RecordingError: it cannot be read.
     """
     try:
-        return BoundedFile(io.FileIO(path))
+        return BoundedFile(whole_file.open_file(path).detach())
     except OSError as error:
         raise RecordingError(f"cannot read {path}: {error.strerror}") from error

@@ -10,6 +10,8 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 
+from ml2_receiver.configuration.whole_file import read_file
+
 from ..errors import EvaluationError
 from ..geometry.pose import Pose, pose_of
 from .trajectory import Trajectory
@@ -43,8 +45,7 @@ def read_rows(path: Path, row: Callable[[list[str]], tuple[int, Pose]]) -> Traje
         EvaluationError: the file cannot be read, or has another format.
     """
     try:
-        with path.open("rb") as file:
-            text = file.read(_MOST_BYTES + 1)
+        text = read_file(path, _MOST_BYTES)
     except OSError as error:
         raise EvaluationError(f"cannot read {path}: {error.strerror}") from error
     if len(text) > _MOST_BYTES:
