@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -25,7 +26,11 @@ from rosidl_parser.definition import (
     AbstractWString,
     Array,
     BasicType,
+    BoundedString,
     NamespacedType,
+    UnboundedSequence,
+    UnboundedString,
+    UnboundedWString,
 )
 
 from message_definitions import typestore
@@ -262,6 +267,61 @@ def kotlin(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 def test_layouts_are_the_same_in_both_languages(kotlin: dict[str, Any]) -> None:
     assert {"test_msgs/msg/WStrings", "test_msgs/srv/Empty_Request"} < installed().keys()
     assert kotlin["layouts"] == {type: layout(it) for type, (it, _, _) in installed().items()}
+
+
+def test_types_of_one_layout_read_each_others_bytes() -> None:
+    """But a message without fields ignores its byte, and a bound refuses what is longer."""
+    alike: dict[str, set[str]] = {}
+    for type, (message_class, _, _) in installed().items():
+        if message_class.SLOT_TYPES and "/Bounded" not in type:
+            alike.setdefault(layout(message_class), set()).add(type)
+    assert {"geometry_msgs/msg/Point", "geometry_msgs/msg/Vector3"} <= alike["ddd"]
+    for case in cases():
+        for other in alike.get(layout(installed()[case.type][0]), ()):
+            read = deserialize_message(case.expected, installed()[other][0])
+            assert cdr(read) == case.expected, f"{case.type} as {other}"
+
+
+SCAN = (
+    BasicType("int32"),
+    UnboundedString(),
+    Array(BasicType("double"), 9),
+    UnboundedSequence(BasicType("uint8")),
+    NamespacedType(["std_msgs", "msg"], "Header"),
+)
+
+
+def layout_of(*fields: Any) -> str:
+    return layout(SimpleNamespace(SLOT_TYPES=fields))
+
+
+def test_a_type_has_another_layout_if_its_bytes_would_be_misread() -> None:
+    misread = [
+        (0, BasicType("int64")),
+        (0, BasicType("float")),
+        (0, UnboundedString()),
+        (1, UnboundedWString()),
+        (1, UnboundedSequence(BasicType("uint8"))),
+        (2, Array(BasicType("double"), 8)),
+        (2, Array(BasicType("float"), 9)),
+        (2, UnboundedSequence(BasicType("double"))),
+        (3, UnboundedSequence(BasicType("boolean"))),
+        (3, Array(BasicType("uint8"), 9)),
+        (4, NamespacedType(["builtin_interfaces", "msg"], "Time")),
+    ]
+    layouts = {layout_of(*SCAN), layout_of(*SCAN[::-1])}
+    for index, type in misread:
+        layouts.add(layout_of(*SCAN[:index], type, *SCAN[index + 1 :]))
+    assert len(layouts) == len(misread) + 2
+    # Bounds and signs change no byte.
+    same = layout_of(BasicType("uint32"), BoundedString(5), *SCAN[2:])
+    assert same == layout_of(*SCAN) == "4s(d)*9[1]44s"
+
+
+@pytest.mark.parametrize("type", ["wchar", "long double"])
+def test_a_type_that_messages_cannot_have_has_no_layout(type: str) -> None:
+    with pytest.raises(ValueError, match=r"expected a type that \.msg files can have, found"):
+        layout_of(BasicType(type))
 
 
 def test_kotlin_reads_what_others_write(kotlin: dict[str, Any]) -> None:
