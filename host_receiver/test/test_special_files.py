@@ -70,8 +70,11 @@ def test_a_configuration_is_a_regular_file(special: Path, tmp_path: Path) -> Non
     assert "expected a regular file" in text_of(special)
 
 
+ZENOH = ("run", "--no-ros", "--insecure", "--zenoh", "tcp/127.0.0.1:9", "--zenoh-config")
+
+
 @pytest.mark.parametrize(
-    "words", [("doctor",), ("config", "check"), ("run", "--insecure", "--config")]
+    "words", [("doctor",), ("config", "check"), ("run", "--insecure", "--config"), ZENOH]
 )
 def test_commands_end_at_what_is_no_file(words: tuple[str, ...], tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import zenoh
 
+from ..configuration.whole_file import open_file
 from ..errors import ZenohError, file_hint
 
 # A put waits for room in the queue, and all lanes of the headset would wait with it. An image has
 # several of the queue's batches of 64 KiB, and images of several cameras come at the same time.
-# On a busy machine a wait of 2 ms loses more images than one of 5 ms. One of 50 ms, as in rmw_zenoh,
-# loses as many, but holds a put for 40 ms (docs/sites.md).
+# On a busy machine a wait of 2 ms loses more images than one of 5 ms. One of 50 ms, the default of
+# rmw_zenoh, loses as many, but holds a put for 40 ms (docs/sites.md).
 _DEFAULTS = {
     "mode": "client",
     "scouting/multicast/enabled": False,
@@ -48,7 +49,7 @@ def session_configuration(endpoint: str, file: Path | None) -> zenoh.Config:
 
 def _read(file: Path) -> zenoh.Config:
     try:
-        file.open("rb").close()
+        open_file(file).close()
         return zenoh.Config.from_file(file)
     except OSError as error:
         raise ZenohError(
