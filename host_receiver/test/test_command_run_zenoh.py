@@ -153,9 +153,9 @@ def test_a_renamed_node_has_its_name_in_the_graph_of_zenoh(
         assert {tuple(str(it).split("/")[7:9]) for it in tokens} == {("%robot1", "headset")}
 
 
-def test_only_with_lazy_streams_without_subscribers_on_zenoh_pause(
-    config: Path, endpoint: str, router: zenoh.Session
-) -> None:
+@contextlib.contextmanager
+def resting(config: Path, endpoint: str) -> Iterator[MockDevice]:
+    """A device of which a lazy receiver without ROS wants nothing at present."""
     config.write_text(f"{CONFIG}    publish: {{lazy: true}}\n")
     with without_ros(config, endpoint) as receiver:
         address = receiver.line().removeprefix("listening on ")
@@ -163,11 +163,7 @@ def test_only_with_lazy_streams_without_subscribers_on_zenoh_pause(
         with MockDevice(address, says_ping=True) as device:
             device.configure()
             await_streams(device)
-            subscriber = router.declare_subscriber(key("magic_leap2/battery"), lambda _: None)
-            asked = await_streams(device, "battery")
-            device.expect_start(asked.request)
-            subscriber.undeclare()
-            await_streams(device)
+            yield device
 
 
 def await_streams(device: MockDevice, *expected: str) -> Configure:
@@ -177,27 +173,32 @@ def await_streams(device: MockDevice, *expected: str) -> Configure:
     return asked
 
 
+def test_only_with_lazy_streams_without_subscribers_on_zenoh_pause(
+    config: Path, endpoint: str, router: zenoh.Session
+) -> None:
+    with resting(config, endpoint) as device:
+        subscriber = router.declare_subscriber(key("magic_leap2/battery"), lambda _: None)
+        asked = await_streams(device, "battery")
+        device.expect_start(asked.request)
+        subscriber.undeclare()
+        await_streams(device)
+
+
 def test_a_subscriber_in_a_loop_has_a_camera_configured_seldom(
     config: Path, endpoint: str, router: zenoh.Session
 ) -> None:
-    config.write_text(f"{CONFIG}    publish: {{lazy: true}}\n")
-    with without_ros(config, endpoint) as receiver:
-        address = receiver.line().removeprefix("listening on ")
-        receiver.await_error(f"Zenoh: connected to {endpoint}")
-        with MockDevice(address, says_ping=True) as device:
-            device.configure()
-            await_streams(device)
-            began_s = time.monotonic()
-            with ThreadPoolExecutor(1) as other:
-                other.submit(come_and_go, router, "world_left/image_raw", "battery")
-                asked: list[Configure] = []
-                while not any("battery" in it.streams for it in asked):
-                    frame = device.wires["control"].receive()
-                    assert frame is not None
-                    if frame.header.kind == Kind.CONFIGURE:
-                        asked.append(Configure.parse(frame.body))
-                        device.answer(asked[-1])
-            took_s = time.monotonic() - began_s
+    with resting(config, endpoint) as device:
+        began_s = time.monotonic()
+        with ThreadPoolExecutor(1) as other:
+            other.submit(come_and_go, router, "world_left/image_raw", "battery")
+            asked: list[Configure] = []
+            while not any("battery" in it.streams for it in asked):
+                frame = device.wires["control"].receive()
+                assert frame is not None
+                if frame.header.kind == Kind.CONFIGURE:
+                    asked.append(Configure.parse(frame.body))
+                    device.answer(asked[-1])
+        took_s = time.monotonic() - began_s
     assert any("world_left" in it.streams for it in asked)
     # A start and an end in each of these times, and what the battery asks for.
     assert len(asked) <= 2 * (1 + took_s / STAYS_S) + 1
