@@ -80,6 +80,7 @@ def test_the_configuration_has_its_shape_and_is_what_runs() -> None:
     }
     assert found["world_left"]["enabled"] is False
     assert found["world_left"]["format"] == "Grayscale"
+    assert found["depth_center"]["format"] == "Depth32"
     assert found["other_sensors"] == {"enabled": False}
     assert len(found) == 11
 

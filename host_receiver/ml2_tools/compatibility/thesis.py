@@ -112,5 +112,7 @@ def _camera(
     table: StreamTable, section: str, running: Mapping[str, Mapping[str, Scalar]]
 ) -> Mapping[str, Scalar]:
     defaults = {key: table.sections[section].keys[key].default for key in _KEYS}
+    # The first one is the thesis's, which had no other for this camera.
+    defaults["format"] = table.sections[section].modes[0].formats[0]
     values = {key: value for key, value in running.get(section, {}).items() if key in _KEYS}
     return {"enabled": section in running, **defaults, **values}
