@@ -9,20 +9,24 @@ import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.source.NoAnswerException
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.map
 
 /** Delivers the state of the battery when collection begins, and whenever Android reports a change. */
 internal class BatterySource(
     private val context: Context,
     private val clock: DeviceClock,
+    private val calls: PlatformCalls = PlatformCalls(),
 ) : SensorSource {
     private val battery: BatteryManager = context.getSystemService(BatteryManager::class.java)
-    private val access = SensorAccess()
+    private val access = SensorAccess(calls)
 
     override val backend: String get() = "battery_manager"
 
@@ -37,7 +41,7 @@ internal class BatterySource(
             }
             context.registerReceiver(receiver, IntentFilter(Intent.ACTION_BATTERY_CHANGED))
             AutoCloseable { context.unregisterReceiver(receiver) }
-        }
+        }.map { if (it is BatterySample) it.withCurrent() else it }
 
     override fun pause(): Unit = access.pause()
 
@@ -49,7 +53,7 @@ internal class BatterySource(
     private fun sample(intent: Intent) = BatterySample(
         clock.nowNanos(),
         voltage = intent.number(BatteryManager.EXTRA_VOLTAGE) / MILLIVOLTS_PER_VOLT,
-        current = currentAmperes(),
+        current = Float.NaN,
         percentage = intent.percentage(),
         status = chargeStatus(intent.getIntExtra(BatteryManager.EXTRA_STATUS, UNKNOWN)),
         temperature = intent.number(BatteryManager.EXTRA_TEMPERATURE) / TENTHS_PER_DEGREE,
@@ -72,9 +76,17 @@ internal class BatterySource(
     private fun Intent.number(extra: String): Float =
         getIntExtra(extra, UNKNOWN).let { if (it == UNKNOWN) Float.NaN else it.toFloat() }
 
+    /** Asked for by the collector, since the app's main thread receives the rest. */
+    private fun BatterySample.withCurrent() =
+        BatterySample(captureNanos, voltage, currentAmperes(), percentage, status, temperature)
+
     /** Android has the sign of [BatterySample]: negative when discharging. */
     private fun currentAmperes(): Float {
-        val microamperes = battery.getLongProperty(BatteryManager.BATTERY_PROPERTY_CURRENT_NOW)
+        val microamperes = try {
+            calls.call("the battery's current") { battery.getLongProperty(BatteryManager.BATTERY_PROPERTY_CURRENT_NOW) }
+        } catch (_: NoAnswerException) {
+            Long.MIN_VALUE
+        }
         return if (microamperes == Long.MIN_VALUE) Float.NaN else microamperes / MICROAMPERES_PER_AMPERE
     }
 

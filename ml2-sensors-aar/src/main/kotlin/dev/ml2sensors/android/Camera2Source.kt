@@ -6,6 +6,7 @@ import android.util.Size
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.ColorPoses
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException
@@ -42,6 +43,7 @@ internal class Camera2Source(
     private val workers: EncoderThreads = EncoderThreads(),
     private val encoder: JpegEncoder = JpegEncoder.ANDROID,
     private val encoderSpeed: EncoderSpeed = EncoderSpeed(encoder),
+    private val calls: PlatformCalls = PlatformCalls(),
 ) : SensorSource {
     private val access = SensorAccess()
 
@@ -72,9 +74,11 @@ internal class Camera2Source(
         ending: Job,
         collector: FlowCollector<Sample>,
     ) {
-        val camera = camera(stream, values)
+        val (camera, plan) = calls.call("Android's description of the camera of $stream") {
+            camera(stream, values).let { it to it.plan(values) }
+        }
         if (runs[stream]?.isCompleted == false) throw ColorCapture.stuck(camera.id)
-        val plan = camera.plan(values) ?: throw SourceException(camera.lacks(values.size))
+        if (plan == null) throw SourceException(camera.lacks(values.size))
         val tags = VendorTags(if (stream == StreamTable.mixedReality) MIXED_REALITY_TAGS else COLOR_TAGS)
         val timestamps =
             if (camera.stampsBootTime) {

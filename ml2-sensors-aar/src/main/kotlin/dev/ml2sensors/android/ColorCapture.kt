@@ -221,8 +221,8 @@ internal class ColorCapture(
 
         /** Returns what says that a run has been left behind. */
         fun stuck(id: String): SourceException = SourceException(
-            "camera $id has neither opened nor closed since it was asked to; it is used again when it answers; " +
-                "if that lasts, restart the headset",
+            "the last run of camera $id has not ended: the camera, its pose tracker or its encoder does not answer; " +
+                "it is used again when they do; if that lasts, restart the headset",
         )
     }
 }
@@ -254,5 +254,6 @@ private class CaptureOrder(private val queue: SampleQueue) {
 
 /** [count] encoder threads; by default half of the processors, since others capture and send. */
 internal class EncoderThreads(val count: Int = maxOf(1, Runtime.getRuntime().availableProcessors() / 2)) {
-    val dispatcher: CoroutineDispatcher = Dispatchers.Default.limitedParallelism(count)
+    /** An encoder that never returns blocks none of the threads of [Dispatchers.Default]. */
+    val dispatcher: CoroutineDispatcher = Dispatchers.IO.limitedParallelism(count)
 }

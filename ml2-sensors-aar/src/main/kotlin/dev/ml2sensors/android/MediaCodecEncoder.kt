@@ -7,6 +7,8 @@ import android.os.Handler
 import android.os.HandlerThread
 import android.os.Process
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.NoAnswerException
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.VideoEncoder
 import dev.ml2sensors.source.VideoOutput
@@ -26,8 +28,12 @@ import java.util.concurrent.ConcurrentLinkedQueue
  * @throws java.io.IOException if it does not open.
  * @throws RuntimeException of any kind if it does not take [format].
  */
-internal class MediaCodecEncoder(private val name: String, format: MediaFormat, private val output: VideoOutput) :
-    VideoEncoder {
+internal class MediaCodecEncoder(
+    private val name: String,
+    format: MediaFormat,
+    private val output: VideoOutput,
+    private val calls: PlatformCalls,
+) : VideoEncoder {
     private val planes =
         YuvPlanes(format.getInteger(MediaFormat.KEY_WIDTH), format.getInteger(MediaFormat.KEY_HEIGHT))
     private val codec = MediaCodec.createByCodecName(name)
@@ -65,13 +71,19 @@ internal class MediaCodecEncoder(private val name: String, format: MediaFormat, 
     private fun failure(e: RuntimeException) = SourceException("Android's encoder $name failed: ${e.message}", e)
 
     /**
-     * Ends on the encoder's own thread, so that no callback meets a codec that was released. The thread is left behind if
-     * the codec is not released within [CLOSING_MILLIS].
+     * Ends on the encoder's own thread, so that no callback meets a codec that was released. An encoder that is not
+     * released in time is left behind; until it is, no other is opened.
      */
     override fun close() {
-        handler.post { codec.release() }
-        thread.quitSafely()
-        thread.join(CLOSING_MILLIS)
+        try {
+            calls.end("Android's encoder $name") {
+                handler.post { codec.release() }
+                thread.quitSafely()
+                thread.join()
+            }
+        } catch (_: NoAnswerException) {
+            // The next opening says so
+        }
     }
 
     private inner class Callback : MediaCodec.Callback() {
@@ -112,7 +124,6 @@ internal class MediaCodecEncoder(private val name: String, format: MediaFormat, 
     }
 
     private companion object {
-        const val CLOSING_MILLIS = 2_000L
         val KEY_FRAME = Bundle().apply { putInt(MediaCodec.PARAMETER_KEY_REQUEST_SYNC_FRAME, 0) }
     }
 }

@@ -14,9 +14,7 @@ import dev.ml2sensors.source.VideoSettings
 import java.io.IOException
 
 /** The H.264 encoders that Android lists; those in hardware first. The bit rate is constant where the encoder can do that. */
-internal class MediaCodecEncoders : VideoEncoders() {
-    private val calls = PlatformCalls()
-
+internal class MediaCodecEncoders(private val calls: PlatformCalls = PlatformCalls()) : VideoEncoders() {
     override fun refusal(settings: VideoSettings): String? {
         if (encoder(settings) != null) return null
         val names = encoders().joinToString { it.name }.ifEmpty { "none" }
@@ -26,8 +24,8 @@ internal class MediaCodecEncoders : VideoEncoders() {
     override fun open(settings: VideoSettings, output: VideoOutput): VideoEncoder {
         val info = encoder(settings) ?: throw SourceException(refusal(settings).orEmpty())
         return try {
-            calls.call("Android's encoder ${info.name} is opened", late = VideoEncoder::close) {
-                MediaCodecEncoder(info.name, info.abilities.formatOf(settings), output)
+            calls.call("Android's encoder ${info.name}", late = VideoEncoder::close) {
+                MediaCodecEncoder(info.name, info.abilities.formatOf(settings), output, calls)
             }
         } catch (e: SourceException) {
             throw e

@@ -16,6 +16,8 @@ import dev.ml2sensors.pairing.PairingUri
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.NoAnswerException
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.SensorHeadset
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.Thermal
@@ -120,6 +122,7 @@ public class AndroidHeadset internal constructor(
     private val clocks: SystemClocks,
     private val foundBases: StateFlow<Map<StreamSpec, ClockDomain>>,
     private val power: PowerManager,
+    private val calls: PlatformCalls = PlatformCalls(),
 ) : Headset by headset {
     override val timestampBases: Map<String, ClockDomain> get() = foundBases.value.mapKeys { (stream, _) -> stream.id }
 
@@ -127,10 +130,17 @@ public class AndroidHeadset internal constructor(
 
     /** A headset that nobody wears falls asleep. */
     override val sleepReason: String?
-        get() = if (power.isInteractive) null else "the headset is not worn, or asleep"
+        get() = if (ask { power.isInteractive } == false) "the headset is not worn, or asleep" else null
 
     /** [Thermal] has the order of Android's numbers. */
-    override val thermal: Thermal? get() = Thermal.entries.getOrNull(power.currentThermalStatus)
+    override val thermal: Thermal? get() = ask { power.currentThermalStatus }?.let(Thermal.entries::getOrNull)
+
+    /** Returns the answer of Android's PowerManager, or null if it does not answer. */
+    private fun <T> ask(question: () -> T): T? = try {
+        calls.call("Android's PowerManager", action = question)
+    } catch (_: NoAnswerException) {
+        null
+    }
 
     /** Releases all sensors while the app is in the background; their flows deliver nothing, and [holds] says why. */
     public fun pause(): Unit = headset.pause()

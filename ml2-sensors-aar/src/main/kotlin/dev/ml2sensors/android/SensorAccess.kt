@@ -12,9 +12,7 @@ import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.flow.flow
 
 /** When a source may use its sensors: not while it is paused, and until it is closed. Thread-safe. */
-internal class SensorAccess : AutoCloseable {
-    private val calls = PlatformCalls()
-
+internal class SensorAccess(private val calls: PlatformCalls = PlatformCalls()) : AutoCloseable {
     /** Completes when the present use has to end; null while paused, and complete for good once closed. */
     private val present = MutableStateFlow<CompletableJob?>(Job())
 
@@ -37,13 +35,14 @@ internal class SensorAccess : AutoCloseable {
     fun callbackSamples(what: String, register: (SampleQueue) -> AutoCloseable): Flow<Sample> = flow {
         use { ending ->
             val queue = SampleQueue(QUEUED_READINGS)
-            val registration = calls.call("$what is registered", late = AutoCloseable::close) { register(queue) }
+            val call = "Android's registration of $what"
+            val registration = calls.call(call, late = AutoCloseable::close) { register(queue) }
             val closing = ending.invokeOnCompletion { queue.close(cause = null) }
             try {
                 queue.deliverTo(this)
             } finally {
                 closing.dispose()
-                calls.call("$what is unregistered") { registration.close() }
+                calls.end(call) { registration.close() }
             }
         }
     }

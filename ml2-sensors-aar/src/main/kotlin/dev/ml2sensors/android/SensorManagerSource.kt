@@ -13,6 +13,7 @@ import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException
@@ -36,10 +37,11 @@ internal class SensorManagerSource(
     private val sensorManager: SensorManager,
     private val clocks: SystemClocks = SystemClocks(),
     private val foundBases: MutableStateFlow<Map<StreamSpec, ClockDomain>> = MutableStateFlow(emptyMap()),
+    calls: PlatformCalls = PlatformCalls(),
 ) : SensorSource {
     private val thread = HandlerThread("ml2s-sensors", Process.THREAD_PRIORITY_DISPLAY).apply { start() }
     private val handler = Handler(thread.looper)
-    private val access = SensorAccess()
+    private val access = SensorAccess(calls)
 
     override val backend: String get() = "sensor_manager"
 

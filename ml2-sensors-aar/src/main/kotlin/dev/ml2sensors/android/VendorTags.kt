@@ -7,9 +7,9 @@ import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.Intrinsics
 
 /**
- * The vendor's tags in capture results. Source of names and layouts: the vendor's ml_camera_vendor_tags.h.
+ * Reads the vendor's tags in capture results. The vendor's ml_camera_vendor_tags.h defines their names and layouts.
  *
- * @param prefix `com.amd.control` for cameras 0 and 1, `com.ml.control` for camera 3.
+ * @param prefix begins their names: `com.amd.control` for cameras 0 and 1, `com.ml.control` for camera 3.
  */
 internal class VendorTags(prefix: String) {
     private val timestamps = VendorTag("$prefix.cvip_timestamps", LongArray::class.java)

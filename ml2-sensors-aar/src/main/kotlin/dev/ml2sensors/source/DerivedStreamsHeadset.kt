@@ -8,9 +8,10 @@ import kotlinx.coroutines.flow.Flow
  * Adds derived streams to [headset]: `imu_*` of both sensors of a unit, `tf` of the head's poses, and `custom`, whose
  * messages the app makes. Refuses video that the headset's platform does not encode.
  */
-internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by headset {
-    private val calls = PlatformCalls()
-
+internal class DerivedStreamsHeadset(
+    private val headset: Headset,
+    private val calls: PlatformCalls = PlatformCalls(),
+) : Headset by headset {
     /** Negotiates with the headset; a source that throws or does not answer refuses only its own stream. */
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = try {
         calls.call("the sensor of $stream is asked what it can do") { answer(stream, requested) }

@@ -2,6 +2,7 @@ package dev.ml2sensors.source
 
 import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.ExecutionException
+import java.util.concurrent.Future
 import java.util.concurrent.FutureTask
 import java.util.concurrent.SynchronousQueue
 import java.util.concurrent.ThreadPoolExecutor
@@ -21,7 +22,7 @@ internal class NoAnswerException(what: String, limit: Duration) :
  * only [IMPATIENT] while another call is not answered. Such a call keeps its thread, and calls for the same `what` fail
  * at once until it returns. Thread-safe.
  */
-internal class PlatformCalls(private val limit: Duration = LIMIT) {
+internal open class PlatformCalls(private val limit: Duration = LIMIT) {
     /** How many calls of each name have not returned in time. */
     private val unanswered = ConcurrentHashMap<String, Int>()
 
@@ -34,20 +35,37 @@ internal class PlatformCalls(private val limit: Duration = LIMIT) {
      */
     fun <T> call(what: String, late: (T) -> Unit = {}, action: () -> T): T {
         if (unanswered.containsKey(what)) throw NoAnswerException(what, limit)
+        return result(Call(what, late, action))
+    }
+
+    /**
+     * Ends by [action] what a [call] for the same [what] began. Is carried out in any case, else that would be left.
+     *
+     * @throws NoAnswerException after the limit.
+     */
+    fun end(what: String, action: () -> Unit): Unit = result(Call(what, late = {}, action))
+
+    private fun <T> result(call: Call<T>): T {
         val patience = if (unanswered.isEmpty()) limit else minOf(limit, IMPATIENT)
-        val call = Call(what, late, action)
-        THREADS.execute(call)
+        execute(call)
         return try {
-            call.get(patience.inWholeMilliseconds, TimeUnit.MILLISECONDS)
+            await(call, patience)
         } catch (e: ExecutionException) {
             throw e.cause ?: e
         } catch (_: TimeoutException) {
             call.giveUp()
-            throw NoAnswerException(what, patience)
+            throw NoAnswerException(call.what, patience)
         }
     }
 
-    private inner class Call<T>(private val what: String, private val late: (T) -> Unit, action: () -> T) :
+    /** Runs [call] on a thread of its own. */
+    protected open fun execute(call: Runnable): Unit = THREADS.execute(call)
+
+    /** Returns the result of [call], or throws TimeoutException after [patience]. */
+    protected open fun <T> await(call: Future<T>, patience: Duration): T =
+        call.get(patience.inWholeMilliseconds, TimeUnit.MILLISECONDS)
+
+    private inner class Call<T>(val what: String, private val late: (T) -> Unit, action: () -> T) :
         FutureTask<T>(action) {
         /** True from when the caller gave up to when the result came. */
         private val isLate = AtomicBoolean()

@@ -9,7 +9,6 @@ import dev.ml2sensors.session.StreamControl
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DerivedStreamsHeadset
 import dev.ml2sensors.source.Headset
-import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.defaultValues
@@ -35,9 +34,6 @@ import kotlinx.coroutines.sync.withLock
 import java.util.concurrent.ConcurrentHashMap
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
-
-/** True if its messages have poses in the world frame. */
-private val StreamSpec.hasPoses get() = topics.any { "/Pose" in it.type }
 
 /**
  * The streams of one app instance over all its sessions: what is configured, what runs, and the counters.
@@ -70,7 +66,7 @@ internal class ActiveStreams(
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
     private val trackingEvents = TrackingEvents { events.add(it) }
     private val tree = TransformTree(clock.stamps, isLive = !isRecording, trackingEvents) { events.add(it) }
-    private var headWatch: Job? = null
+    private val headWatch = HeadWatch(this.headset, streamScope, trackingEvents)
 
     private val adaptation = ImageAdaptation(outgoing::lane) {
         events.add(it)
@@ -140,7 +136,7 @@ internal class ActiveStreams(
         val changed = changes.withLock {
             isConfigured = true
             rechecking?.cancel()
-            headWatch?.cancel()
+            headWatch.end()
             frameIds = FrameIds(framePrefix)
             accepted.clear()
             for ((id, answer) in answers) {
@@ -209,7 +205,7 @@ internal class ActiveStreams(
             clock.awaitStamps()
             if (isRecording) clock.freeze()
             changes.withLock {
-                val watchBefore = headWatch?.apply { cancel() }
+                headWatch.end()
                 // What was configured in the meantime has a START of its own
                 val new = configured.filter { (spec, values) -> accepted[spec] == values && spec !in running }
                 // The tree first, so that no image comes before it, and nothing that is new is said twice
@@ -218,12 +214,7 @@ internal class ActiveStreams(
                 tree.resendMountings()
                 others.forEach { (spec, values) -> begin(spec, values) }
                 if (StreamTable.custom in running) custom.open(link, known)
-                if (!isRecording && StreamTable.tf !in running && running.keys.any { it.hasPoses }) {
-                    headWatch = streamScope.launch {
-                        watchBefore?.join()
-                        watchHead()
-                    }
-                }
+                if (!isRecording) headWatch.begin(running.keys)
             }
         }
     }
@@ -242,20 +233,11 @@ internal class ActiveStreams(
         running[spec] = Running(values, frameIds, job)
     }
 
-    /** Reports changes of head tracking while poses are sent without `tf`, which reports them itself. */
-    private suspend fun watchHead() {
-        val head = StreamTable.headPose
-        val values = headset.negotiate(head, head.defaultValues()).acceptedValues ?: return
-        StreamSupervisor.of(head, headset) {}.run({ headset.samples(head, values) }) { samples ->
-            samples.collect { if (it is PoseSample) trackingEvents.add(it) }
-        }
-    }
-
     override suspend fun stopSources() {
         val jobs = changes.withLock {
             isConfigured = true
             rechecking?.cancel()
-            headWatch?.cancel()
+            headWatch.end()
             accepted.clear()
             running.mapValues { (_, it) -> it.job }
         }

@@ -1,7 +1,15 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.acceptedValues
+import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.Event
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.launch
 
 /** Reports changes of head tracking as events. Used by one thread at a time. */
 internal class TrackingEvents(private val report: (Event) -> Unit) {
@@ -26,5 +34,40 @@ internal class TrackingEvents(private val report: (Event) -> Unit) {
             report(Event(Event.TRACKING_LOST, "head tracking is lost: no transforms until it is recovered"))
         }
         if (!wasTracked && isNow) report(Event(Event.TRACKING_RECOVERED, "head tracking is recovered"))
+    }
+}
+
+/**
+ * Reports changes of head tracking to [events] while poses are sent without `tf`, which reports them itself. Used by one
+ * thread at a time.
+ */
+internal class HeadWatch(
+    private val headset: Headset,
+    private val scope: CoroutineScope,
+    private val events: TrackingEvents,
+) {
+    private var job: Job? = null
+
+    /** Begins if [running] have poses in the world frame, and no `tf`. A watch before has ended. */
+    fun begin(running: Set<StreamSpec>) {
+        val hasPoses = running.any { spec -> spec.topics.any { "/Pose" in it.type } }
+        if (!hasPoses || StreamTable.tf in running) return
+        val before = job
+        job = scope.launch {
+            before?.join()
+            watch()
+        }
+    }
+
+    fun end() {
+        job?.cancel()
+    }
+
+    private suspend fun watch() {
+        val head = StreamTable.headPose
+        val values = headset.negotiate(head, head.defaultValues()).acceptedValues ?: return
+        StreamSupervisor.of(head, headset) {}.run({ headset.samples(head, values) }) { samples ->
+            samples.collect { if (it is PoseSample) events.add(it) }
+        }
     }
 }

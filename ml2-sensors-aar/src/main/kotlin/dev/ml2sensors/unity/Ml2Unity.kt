@@ -52,7 +52,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     private var last = UnityStatus("ended", receiver = "", reason = "not started")
     private val pairing = UnityPairing(app)
 
-    /** What the listener is to be told. */
+    /** The statuses that the listener has not been told yet. */
     private val changes = Channel<String>(MOST_CHANGES, BufferOverflow.DROP_OLDEST)
     private val notifying = scope.launch(Dispatchers.IO) {
         for (change in changes) {
@@ -259,9 +259,11 @@ internal class Ml2Unity private constructor(private val app: Context, private va
             explicitNulls = false
         }
 
-        /** Of what [close] waits for, less than Unity's main thread may be blocked, and for a session to end in order. */
-        private val CLOSE_LIMIT = 450.milliseconds
-        private val ENDING_LIMIT = 400.milliseconds
+        /** How long [close] waits for all, so that a busy device blocks Unity's main thread for 0.5 s at most. */
+        private val CLOSE_LIMIT = 350.milliseconds
+
+        /** How long [close] waits for the session to end in order, before it closes the headset. */
+        private val ENDING_LIMIT = 300.milliseconds
 
         /** More than come while a listener is busy; older ones are left out. */
         private const val MOST_CHANGES = 64

@@ -53,6 +53,10 @@ class AvcCodec : ShadowMediaCodec() {
         super.native_setCallback(callback)
     }
 
+    @Implementation
+    @Suppress("ktlint:standard:function-naming")
+    fun native_release(): Unit = NeverReturns.pass("MediaCodec.release")
+
     /** Reports an error of the chip, on this thread. */
     fun fail() {
         val error = ReflectionHelpers.callConstructor(
@@ -159,10 +163,12 @@ class AvcCodec : ShadowMediaCodec() {
             crypto: android.media.MediaCrypto?,
             flags: Int,
         ) {
+            NeverReturns.pass("MediaCodec.configure")
             refusal?.let { throw it }
             Companion.format = format
             size = format.getInteger(MediaFormat.KEY_WIDTH) to format.getInteger(MediaFormat.KEY_HEIGHT)
             val rateHz = format.getInteger(MediaFormat.KEY_FRAME_RATE)
+            if (encoder != 0L) OpenH264.close(encoder)
             encoder = OpenH264.open(size.first, size.second, rateHz, format.getInteger(MediaFormat.KEY_BIT_RATE))
             check(encoder != 0L)
         }

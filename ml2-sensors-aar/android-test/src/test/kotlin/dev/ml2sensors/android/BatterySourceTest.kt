@@ -24,7 +24,7 @@ import kotlin.test.assertIs
 @Config(sdk = [29], manifest = Config.NONE)
 class BatterySourceTest {
     private val app: Application = RuntimeEnvironment.getApplication()
-    private val source = BatterySource(app) { 42 }
+    private val source = BatterySource(app, clock = { 42 })
 
     @Test
     fun theStateIsThereAtOnceAndInSiUnits() = runBlocking {

@@ -40,7 +40,6 @@ import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.annotation.Config
 import org.robolectric.shadows.ShadowLog
-import java.util.concurrent.CountDownLatch
 import kotlin.random.Random
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
@@ -508,7 +507,9 @@ class Camera2SourceTest {
         source.samples(StreamTable.color, values).test {
             rig.awaitRunning()
             source.close()
-            assertTrue("camera 1 has neither" in assertIs<SourceException>(awaitError()).message.orEmpty())
+            assertTrue(
+                "the last run of camera 1 has not ended" in assertIs<SourceException>(awaitError()).message.orEmpty(),
+            )
         }
         rig.answerClosings()
         while (CameraRig.readers.isNotEmpty()) yield()
@@ -532,30 +533,28 @@ class Camera2SourceTest {
     @Test
     fun callsOfTheCameraServiceThatDoNotReturnKeepNoCollector() = runBlocking {
         rig.add("1", listOf(JPEG))
-        CameraRig.opening = CountDownLatch(1)
+        val opened = NeverReturns.hold("CameraManager.openCamera")
         copies().test {
             while (CameraRig.readers.isEmpty()) yield()
             cancel()
         }
         assertIsStuck()
-        CameraRig.opening?.countDown()
+        opened()
         while (CameraRig.readers.isNotEmpty() || hasCameraThread()) yield()
-        CameraRig.opening = null
-        CameraRig.closing = CountDownLatch(1)
+        val closed = NeverReturns.hold("CameraDevice.close")
         copies().test {
             rig.awaitRunning()
             cancel()
         }
         assertIsStuck()
-        CameraRig.closing?.countDown()
-        CameraRig.closing = null
+        closed()
         assertIsUsedAgain()
     }
 
     private fun hasCameraThread() = Thread.getAllStackTraces().keys.any { it.name.startsWith("ml2s-camera") }
 
     private suspend fun assertIsStuck() = source.samples(StreamTable.color, values).test {
-        val expected = "camera 1 has neither opened nor closed since it was asked to"
+        val expected = "the last run of camera 1 has not ended"
         assertTrue(expected in assertIs<SourceException>(awaitError()).message.orEmpty())
     }
 
@@ -563,7 +562,7 @@ class Camera2SourceTest {
         while (CameraRig.readers.isNotEmpty() || hasCameraThread()) yield()
         while (rig.nextRunning() != null) Unit
         // The run ends a little after its thread
-        copies().retry { "neither opened nor closed" in it.message.orEmpty() }.test {
+        copies().retry { "has not ended" in it.message.orEmpty() }.test {
             rig.awaitRunning().capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
             awaitImage()
             cancel()

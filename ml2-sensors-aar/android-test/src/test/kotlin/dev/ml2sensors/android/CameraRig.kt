@@ -35,6 +35,7 @@ import org.robolectric.shadows.ShadowImageReader
 import org.robolectric.util.ReflectionHelpers
 import org.robolectric.util.ReflectionHelpers.ClassParameter
 import java.lang.ref.WeakReference
+import java.util.Queue
 import java.util.concurrent.ConcurrentLinkedQueue
 import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.CountDownLatch
@@ -131,19 +132,19 @@ internal class CameraRig(private val manager: CameraManager) {
     /** Answers the openings that were held. */
     fun answerOpenings() {
         holdsOpenings = false
-        while (true) (heldOpenings.poll() ?: return)()
+        heldOpenings.doAll()
     }
 
     /** Configures the sessions that were held. */
     fun answerSessions() {
         holdsSessions = false
-        while (true) (heldSessions.poll() ?: return)()
+        heldSessions.doAll()
     }
 
     /** Lets the cameras that were closed say so. */
     fun answerClosings() {
         holdsClosings = false
-        while (true) (heldClosings.poll() ?: return)()
+        heldClosings.doAll()
     }
 
     /** Delivers an image to the only reader, and waits until its listener has run. */
@@ -174,13 +175,19 @@ internal class CameraRig(private val manager: CameraManager) {
     @Implements(CameraManager::class)
     class Manager : ShadowCameraManager() {
         @Implementation
+        public override fun getCameraIdList(): Array<String> {
+            NeverReturns.pass("CameraManager.getCameraIdList")
+            return super.getCameraIdList()
+        }
+
+        @Implementation
         override fun openCameraDeviceUserAsync(
             id: String,
             callback: CameraDevice.StateCallback,
             executor: Executor,
             uid: Int,
         ): CameraDevice {
-            opening?.await()
+            NeverReturns.pass("CameraManager.openCamera")
             failure?.let { throw it }
             val isAnswered = AtomicBoolean()
             val answering = Executor { command ->
@@ -197,7 +204,7 @@ internal class CameraRig(private val manager: CameraManager) {
             val answer = {
                 executor.execute { if (error == null) success.run() else opened.answer(error) }
             }
-            if (holdsOpenings) heldOpenings += answer else answer()
+            heldOpenings.putWhile({ holdsOpenings }, answer)
         }
     }
 
@@ -226,10 +233,10 @@ internal class CameraRig(private val manager: CameraManager) {
 
         @Implementation
         override fun close() {
-            closing?.await()
+            NeverReturns.pass("CameraDevice.close")
             if (!holdsClosings) return super.close()
             ReflectionHelpers.getField<AtomicBoolean>(device, "mClosing").set(true)
-            heldClosings += { super.close() }
+            heldClosings.putWhile({ holdsClosings }) { super.close() }
         }
 
         @Implementation
@@ -238,10 +245,12 @@ internal class CameraRig(private val manager: CameraManager) {
             callback: CameraCaptureSession.StateCallback,
             handler: Handler,
         ) {
+            NeverReturns.pass("CameraDevice.createCaptureSession")
             if (holdsSessions) {
                 val isClosed = ReflectionHelpers.getField<AtomicBoolean>(device, "mClosing")
-                heldSessions += { if (!isClosed.get()) super.createCaptureSession(outputs, callback, handler) }
-                return
+                return heldSessions.putWhile({ holdsSessions }) {
+                    if (!isClosed.get()) super.createCaptureSession(outputs, callback, handler)
+                }
             }
             if (!refusesSessions) return super.createCaptureSession(outputs, callback, handler)
             val type = Class.forName("android.hardware.camera2.impl.CameraCaptureSessionImpl")
@@ -261,6 +270,7 @@ internal class CameraRig(private val manager: CameraManager) {
             callback: CameraCaptureSession.CaptureCallback,
             handler: Handler,
         ): Int {
+            NeverReturns.pass("CameraCaptureSession.setRepeatingRequest")
             requestFailure?.let { throw it }
             running.trySend(Running(session, request, callback, handler))
             return 1
@@ -325,13 +335,6 @@ internal class CameraRig(private val manager: CameraManager) {
         @Volatile
         var holdsOpenings = false
 
-        /** While they are not open, no call to open or close a camera returns. */
-        @Volatile
-        var opening: CountDownLatch? = null
-
-        @Volatile
-        var closing: CountDownLatch? = null
-
         /** True while cameras that are closed do not say so. */
         @Volatile
         var holdsClosings = false
@@ -360,6 +363,17 @@ internal class CameraRig(private val manager: CameraManager) {
 
         /** Those that are open. */
         val readers = CopyOnWriteArrayList<Reader>()
+
+        /** Does [action] when [isHeld] returns false, which may be while this puts it. */
+        private fun Queue<() -> Unit>.putWhile(isHeld: () -> Boolean, action: () -> Unit) {
+            if (!isHeld()) return action()
+            this += action
+            if (!isHeld()) doAll()
+        }
+
+        private fun Queue<() -> Unit>.doAll() {
+            while (true) (poll() ?: return)()
+        }
 
         /** Runs [action] on the thread of this handler, unless the end of the capture has ended that. */
         private fun Handler.runAndWait(action: () -> Unit) {

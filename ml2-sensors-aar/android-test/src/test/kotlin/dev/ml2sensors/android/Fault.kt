@@ -5,12 +5,12 @@ import android.net.nsd.NsdManager
 import dev.ml2sensors.android.HarshPlatform.Companion.ADDRESS
 import dev.ml2sensors.android.HarshPlatform.Companion.CAMERA
 import dev.ml2sensors.android.HarshPlatform.Companion.DESK
-import dev.ml2sensors.android.HarshPlatform.Companion.JPEG
 import dev.ml2sensors.android.HarshPlatform.Companion.SECOND
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
+import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.CountDownLatch
 import kotlin.random.Random
 
@@ -18,7 +18,103 @@ import kotlin.random.Random
 internal class Fault(val name: String, val begin: HarshHeadset.(Random) -> (() -> Unit)?) {
     companion object {
         /** All faults: of the network, the camera, the other sensors, and of what the user and the platform do. */
-        val ALL: List<Fault> get() = NETWORK_FAULTS + CAMERA_FAULTS + SENSOR_FAULTS + LIFECYCLE_FAULTS
+        val ALL: List<Fault> get() =
+            NETWORK_FAULTS + CAMERA_FAULTS + SENSOR_FAULTS + LIFECYCLE_FAULTS + NeverReturns.CALLS.map(::neverReturning)
+
+        private fun neverReturning(call: String) = Fault("$call never returns") { random ->
+            when (call.substringBefore('.')) {
+                "SensorManager" -> NeverReturns.hold(call).also {
+                    some(platform.sensors.keys, random).forEach(::restart)
+                }
+
+                "Context" -> NeverReturns.hold(call).also { restart(StreamTable.battery) }
+
+                "BatteryManager", "PowerManager" -> NeverReturns.hold(call)
+
+                "MediaCodec" -> NeverReturns.hold(call).also { platform.video.close() }
+
+                "YuvImage" -> encodingNeverReturns(call)
+
+                else -> cameraNeverReturns(call)
+            }
+        }
+    }
+}
+
+/** The calls of the platform that do not return at present. */
+internal object NeverReturns {
+    /** Those that the product makes and that ask another process, a driver or the vendor's library. */
+    val CALLS = listOf(
+        "CameraManager.getCameraIdList", "CameraManager.openCamera", "CameraDevice.createCaptureSession",
+        "CameraCaptureSession.setRepeatingRequest", "CameraDevice.close", "ColorPoses.open", "ColorPoses.close",
+        "YuvImage.compressToJpeg", "MediaCodec.configure", "MediaCodec.release", "SensorManager.registerListener",
+        "SensorManager.unregisterListener", "Context.registerReceiver", "Context.unregisterReceiver",
+        "BatteryManager.getLongProperty", "PowerManager.isInteractive",
+    )
+    private val held = ConcurrentHashMap<String, CountDownLatch>()
+    private val waiting = ConcurrentHashMap<Thread, CountDownLatch>()
+
+    /** The threads of calls that the product has given up. */
+    val givenUp: MutableSet<Thread> = ConcurrentHashMap.newKeySet()
+
+    /** Those of [CALLS] that did not return so far. */
+    val seen: MutableSet<String> = ConcurrentHashMap.newKeySet()
+
+    /** Lets [call] not return; returns what ends that. */
+    fun hold(call: String): () -> Unit {
+        val answer = CountDownLatch(1)
+        held[call] = answer
+        return {
+            held.remove(call, answer)
+            answer.countDown()
+        }
+    }
+
+    /** Stands where the platform carries out [call]. */
+    fun pass(call: String) {
+        val answer = held[call] ?: return
+        seen += call
+        waiting[Thread.currentThread()] = answer
+        answer.await()
+        waiting.remove(Thread.currentThread())
+    }
+
+    fun isHeld(call: String): Boolean = held.containsKey(call)
+
+    /** True if [thread] does not return from a call. */
+    fun keeps(thread: Thread): Boolean = waiting[thread]?.count == 1L
+
+    /** True if a thread with this [name] does not return from a call. */
+    fun keepsOne(name: String): Boolean = waiting.keys.any { it.name == name && keeps(it) }
+
+    /** Answers all. */
+    fun reset() {
+        held.values.forEach(CountDownLatch::countDown)
+        held.clear()
+    }
+}
+
+private fun HarshHeadset.cameraNeverReturns(call: String): () -> Unit {
+    if (call.endsWith("close")) {
+        val end = NeverReturns.hold(call)
+        return platform.muteCamera({ loseCamera(CameraRig.DISCONNECTED) }, end)
+    }
+    loseCamera(CameraRig.DISCONNECTED)
+    val end = NeverReturns.hold(call)
+    return platform.muteCamera({}, end)
+}
+
+/** Takes camera 1 away, since camera 0 makes no JPEGs itself. */
+private fun HarshHeadset.encodingNeverReturns(call: String): () -> Unit {
+    val list = platform.unlistCamera()
+    loseCamera(CameraRig.DISCONNECTED)
+    val excuse = platform.excuse(setOf(StreamTable.color))
+    val end = NeverReturns.hold(call)
+    return {
+        end()
+        list()
+        encoderAnswers()
+        excuse()
     }
 }
 
@@ -89,41 +185,14 @@ private val CAMERA_FAULTS = listOf(
         loseCamera(CameraRig.DISCONNECTED)
         platform.muteCamera({ CameraRig.holdsOpenings = true }, { platform.rig.answerOpenings() })
     },
-    Fault("calls to open cameras do not return") {
-        loseCamera(CameraRig.DISCONNECTED)
-        val answer = CountDownLatch(1)
-        platform.muteCamera({ CameraRig.opening = answer }, {
-            CameraRig.opening = null
-            answer.countDown()
-        })
-    },
     Fault("cameras do not say that they are closed") {
         val end = platform.muteCamera({ CameraRig.holdsClosings = true }, { platform.rig.answerClosings() })
-        loseCamera(CameraRig.DISCONNECTED)
-        end
-    },
-    Fault("calls to close cameras do not return") {
-        val answer = CountDownLatch(1)
-        val end = platform.muteCamera({ CameraRig.closing = answer }, {
-            CameraRig.closing = null
-            answer.countDown()
-        })
         loseCamera(CameraRig.DISCONNECTED)
         end
     },
     Fault("sessions never answer") {
         loseCamera(CameraRig.DISCONNECTED)
         platform.muteCamera({ CameraRig.holdsSessions = true }, { platform.rig.answerSessions() })
-    },
-    Fault("the pose tracker does not return") { random ->
-        val answer = CountDownLatch(1)
-        val call = listOf("open", "close").random(random)
-        val end = platform.muteCamera({ platform.poses.hanging = call to answer }, {
-            platform.poses.hanging = null
-            answer.countDown()
-        })
-        loseCamera(CameraRig.DISCONNECTED)
-        end
     },
     Fault("sessions are refused") {
         CameraRig.refusesSessions = true
@@ -140,17 +209,19 @@ private val CAMERA_FAULTS = listOf(
     },
     Fault("the camera is silent") { platform.silence(setOf(StreamTable.color)) },
     Fault("camera 1 is not listed") {
-        platform.rig.remove("1")
-        loseCamera(CameraRig.DISCONNECTED);
-        { platform.rig.add("1", listOf(JPEG)) }
+        platform.unlistCamera().also { loseCamera(CameraRig.DISCONNECTED) }
     },
     Fault("the pose tracker fails") { random ->
         platform.poses.failing = listOf("open", "capture", "pose", "close").random(random);
         { platform.poses.failing = null }
     },
     Fault("the encoder fails") {
+        val excuse = platform.excuse(setOf(StreamTable.color))
         platform.encoder.fails = true;
-        { platform.encoder.fails = false }
+        {
+            platform.encoder.fails = false
+            excuse()
+        }
     },
 )
 
@@ -164,22 +235,14 @@ private val SENSOR_FAULTS = listOf(
             silence()
         }
     },
-    Fault("calls to start sensors do not return") { random ->
-        val answer = CountDownLatch(1)
-        SensorHub.hanging = answer
-        val silence = platform.silence(platform.sensors.keys)
-        some(platform.sensors.keys, random).forEach(::restart);
-        {
-            SensorHub.hanging = null
-            answer.countDown()
-            awaitLateAnswers()
-            silence()
-        }
-    },
     Fault("timestamps jump") { random ->
         val jumping = some(platform.sensors.keys, random).associateWith { JUMPS_NANOS.random(random) }
+        val excuse = platform.excuse(jumping.keys)
         platform.jumpsNanos += jumping;
-        { platform.jumpsNanos -= jumping.keys }
+        {
+            platform.jumpsNanos -= jumping.keys
+            excuse()
+        }
     },
     Fault("sensors are not listed") { random ->
         val gone = some(platform.sensors.keys, random)
@@ -223,6 +286,7 @@ private val LIFECYCLE_FAULTS = listOf(
         }
     },
     Fault("the headset was suspended") { random ->
+        platform.excuse(HarshPlatform.STREAMS)()
         platform.device.suspendedNanos += random.nextLong(100 * SECOND)
         null
     },

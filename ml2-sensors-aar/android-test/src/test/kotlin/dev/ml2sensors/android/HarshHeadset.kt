@@ -8,7 +8,9 @@ import dev.ml2sensors.pacing.ImageSetting
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.DerivedStreamsHeadset
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.stream.CameraPipeline
@@ -66,6 +68,9 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     private var located: ReceiverAddress? = null
     private val wrong = mutableListOf<String>()
 
+    /** As a session asks what a stream can do. */
+    private val asked = DerivedStreamsHeadset(headset, platform.ofQuestions)
+
     /** One collection of the camera's flow. */
     private class Run(val job: Job) {
         var camera: CameraRig.Running? = null
@@ -79,7 +84,6 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         val values = checkNotNull(headset.negotiate(spec, spec.defaultValues()).acceptedValues) { "$spec is refused" }
         val channels = topics.of(spec, values)
         lateinit var job: Job
-        var isOpen = false
         var delivered = 0L
         var published = 0L
         var counted = 0L
@@ -88,6 +92,9 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         val state: Status.Stream get() = states.toBodies { _, state -> state }.getValue(spec.id)
         val counts: List<Status.ChannelCounts> get() = channels.map { it.counters.snapshot() }
         val produced: Long get() = counts.first().produced
+
+        /** How many were not dropped. */
+        val sent: Long get() = counts.first().run { produced - dropped.values.sum() }
 
         fun start() {
             countedAt = scheduler.timeSource.markNow()
@@ -109,20 +116,16 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
             }
         }
 
-        private fun opened(): Flow<Sample> = when (spec) {
-            StreamTable.color -> observed(headset.samples(spec, values))
-
-            StreamTable.battery -> flow {
-                if (!isPaused) delivered += platform.stickyBroadcasts.size
-                isOpen = true
-                try {
-                    emitAll(headset.samples(spec, values).onEach(::checkPercentage))
-                } finally {
-                    isOpen = false
-                }
+        private fun opened(): Flow<Sample> = flow {
+            val samples = headset.samples(spec, values)
+            try {
+                emitAll(if (spec == StreamTable.color) observed(samples) else samples.onEach(::checkPercentage))
+                throw SourceException("its samples have ended")
+            } catch (e: Throwable) {
+                platform.sensors[spec]?.let(platform.hub::leave)
+                if (!platform.isExcused(spec)) wrong += "$spec has ended, though nothing is wrong with it: $e"
+                throw e
             }
-
-            else -> headset.samples(spec, values)
         }
 
         private fun observed(samples: Flow<Sample>) = flow {
@@ -156,8 +159,10 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         platform.device.monotonicNanos += TICK.inWholeNanoseconds
         settle()
         for (stream in streams.values) if (!platform.isSilent(stream.spec)) measure(stream)
+        platform.video.tick()
         if (search?.isActive != true) search = scope.backgroundScope.launch { search() }
         settle()
+        streams.getValue(StreamTable.battery).delivered += platform.deliveredAtOnce
         streams.values.forEach(::checkHonest)
         streams.values.forEach(::checkCounters)
         platform.checkImages()
@@ -182,18 +187,36 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         val camera = current.camera ?: return
         // That an image has no result is known when the next result arrives
         val frames = platform.oddFrames.flatMap { if (it.isAnswered) listOf(it) else listOf(it, null) } + null
+        if (frames.size > 1) platform.excuse(setOf(StreamTable.color))()
         platform.oddFrames.clear()
         var stamp = platform.device.monotonicNanos - HarshPlatform.SECOND / 5
         for (frame in frames) {
             stamp += HarshPlatform.SECOND / 1_000
             if (!platform.deliver(camera, frame, stamp)) break
             color.delivered++
-            if (frame?.isAnswered != false) awaitCounted()
+            if (frame?.isAnswered != false && !platform.keepsImages) awaitCounted()
         }
+        if (platform.keepsImages) return
         awaitCounted()
         if (!camera.isClosed) return
         hasRunEnded = true
-        await("the run is over") { current.isOver }
+        // A session that answers after a pause is of a camera that was closed; the run goes on with the next one
+        await("the run is over, or has another camera") {
+            current.camera = platform.rig.nextRunning() ?: camera
+            current.isOver || current.camera != camera
+        }
+    }
+
+    /** Waits for the images that the encoder has kept; those of a run that was given up are counted by nobody. */
+    fun encoderAnswers() {
+        val current = run ?: return
+        if (!current.isOver && current.job.isActive) {
+            awaitCounted()
+        } else {
+            await("the run that was given up is over") { current.isOver }
+            color.delivered = color.produced
+        }
+        color.published = color.sent
     }
 
     private fun awaitCounted() = await("the frames are counted") { color.produced == color.delivered }
@@ -218,12 +241,15 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     /** Lets the camera fail with [error] if it runs, and returns when it is closed, unless it does not answer. */
     fun loseCamera(error: Int) {
         val current = run?.takeIf { !it.isOver && it.camera != null } ?: return
+        // Before its end
+        platform.excuse(setOf(StreamTable.color))()
         if (error == CameraRig.DISCONNECTED) CameraRig.opened.disconnect() else CameraRig.opened.fail(error)
-        if (!platform.isCameraMute) await("the camera is closed") { current.isOver }
+        if (!platform.isCameraStuck) await("the camera is closed") { current.isOver }
     }
 
     /** Pauses the headset, and returns when its camera is closed, unless it does not answer. */
     fun pause() {
+        platform.excuse(streams.keys)()
         headset.pause()
         isPaused = true
         if (!platform.isCameraMute) await("the camera is closed") { platform.rig.countOpen() == 0 }
@@ -233,28 +259,21 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     fun resume() {
         while (platform.rig.nextRunning() != null) Unit
         isPaused = false
-        val battery = streams.getValue(StreamTable.battery)
-        if (battery.isOpen) battery.delivered += platform.stickyBroadcasts.size
         headset.resume()
         // The battery is told at once, and the next fault may pause it again
-        scheduler.runCurrent()
+        val battery = streams.getValue(StreamTable.battery)
+        await("the battery is registered") { platform.isIdle }
+        battery.delivered += platform.deliveredAtOnce
         checkHonest(battery)
-    }
-
-    /** Waits until what came too late is undone: a listener that nobody reads any more gets readings, too. */
-    fun awaitLateAnswers() = await("late answers are undone") {
-        val calls = Thread.getAllStackTraces().filterKeys { it.name == "ml2s call" && it.isAlive }.values
-        calls.all { stack -> stack.isEmpty() || stack.any { it.methodName == "getTask" } }
     }
 
     /** Ends and starts a stream, as a new configuration does. */
     fun restart(spec: StreamSpec) {
         val stream = streams.getValue(spec)
+        platform.excuse(setOf(spec))()
+        asked.negotiate(spec, stream.values)
         stream.job.cancel()
-        if (spec == StreamTable.color && platform.isCameraMute) {
-            scheduler.advanceTimeBy(STOPPING)
-            platform.device.monotonicNanos += STOPPING.inWholeNanoseconds
-        }
+        if (spec == StreamTable.color && platform.isCameraStuck) repeat(TICKS_TO_STOP) { tick() }
         await("$spec stops") { stream.job.isCompleted }
         states.setStopped(spec.id, null)
         stream.start()
@@ -262,12 +281,13 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
 
     /** Waits until the threads of the product have done what there is to do at this time. */
     private fun settle() = await("the camera has opened or closed, and the lanes are empty") {
-        isCameraSettled() && streams.values.all { stream -> stream.counts.all(::areBalanced) }
+        platform.isIdle && isCameraSettled() && streams.values.all { stream -> stream.counts.all(::areBalanced) }
     }
 
     private fun isCameraSettled(): Boolean {
         val current = run ?: return true
-        if (current.isOver || isPaused || platform.isCameraMute) return true
+        val isGivenUp = platform.keepsImages && !current.job.isActive
+        if (current.isOver || isPaused || platform.isCameraMute || isGivenUp) return true
         if (current.camera == null) current.camera = platform.rig.nextRunning()
         return current.camera != null && current.job.isActive
     }
@@ -286,11 +306,12 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     /** Checks that a stream whose counters stand still says why, and that a published one says that it runs. */
     private fun checkHonest(stream: Stream) {
         val state = stream.state
-        val published = stream.counts.first().run { produced - dropped.values.sum() }
+        val published = stream.sent
         val hasStopped = stream == color && hasRunEnded
         check(published == stream.published || hasStopped || state.state == Status.Stream.RUNNING) {
             "${stream.spec} is published, but ${state.reason}"
         }
+        if (published > stream.published) platform.recovered(stream.spec)
         stream.published = published
         if (stream.produced != stream.counted || stream.spec.id in headset.holds) {
             stream.counted = stream.produced
@@ -305,8 +326,9 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
 
     /** Checks that what the platform delivered is produced, and that what is produced is sent or counted as lost. */
     private fun checkCounters(stream: Stream) {
+        val isKept = stream == color && platform.keepsImages
         for (counts in stream.counts) {
-            check(areBalanced(counts) && counts.produced == stream.delivered) {
+            check(isKept || (areBalanced(counts) && counts.produced == stream.delivered)) {
                 "of ${stream.spec}, ${stream.delivered} were delivered, ${counts.produced} produced, " +
                     "${counts.sent} sent and dropped ${counts.dropped}"
             }
@@ -319,16 +341,19 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     fun recover() {
         val start = scheduler.timeSource.markNow()
         val before = streams.mapValues { (_, it) -> it.published }
+        val packets = platform.video.packets
         located = null
         while (true) {
             tick()
             val dead = streams.filter { (spec, it) ->
                 it.published == before[spec] || it.state.state != Status.Stream.RUNNING
             }
-            if (dead.isEmpty() && located == HarshPlatform.ADDRESS && platform.poses.open == 1) return
+            val isEncoded = platform.video.packets > packets
+            if (dead.isEmpty() && isEncoded && located == HarshPlatform.ADDRESS && platform.poses.open == 1) return
             check(start.elapsedNow() < RECOVERY) {
                 val reasons = dead.map { (spec, it) -> "$spec is ${it.state.state}: ${it.state.reason}" }
-                "not back after $RECOVERY: $reasons, found $located, ${platform.poses.open} pose trackers"
+                "not back after $RECOVERY: $reasons, found $located, ${platform.poses.open} pose trackers, " +
+                    "${platform.video.packets - packets} images of video"
             }
         }
     }
@@ -345,10 +370,12 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
 
     /** Stops all streams and closes the headset. */
     fun close() {
+        platform.excuse(streams.keys)
         streams.values.forEach { it.job.cancel() }
         await("all streams end") { streams.values.all { it.job.isCompleted } }
         disconnect()
         headset.close()
+        platform.video.close()
         await("all threads end") { threads("ml2s-") == 0 }
         check(NativeSlots.mappedBytes == 0L) { "${NativeSlots.mappedBytes} bytes of images are leased in the end" }
     }
@@ -359,8 +386,8 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         /** How long a source may take to open before its stream says why it is silent. */
         val OPENING = 6.seconds
 
-        /** Within which a stream stops though its camera does not answer. */
-        val STOPPING = 3.seconds
+        /** Three seconds, within which a stream stops though its camera does not answer. */
+        const val TICKS_TO_STOP = 12
 
         /** The longest wait for threads of the product, in real time. */
         val PATIENCE = 20.seconds

@@ -1,7 +1,10 @@
 package dev.ml2sensors.android
 
 import android.app.Application
+import android.content.BroadcastReceiver
+import android.content.ContextWrapper
 import android.content.Intent
+import android.content.IntentFilter
 import android.graphics.ImageFormat
 import android.hardware.SensorManager
 import android.hardware.camera2.CameraManager
@@ -13,17 +16,32 @@ import android.util.Size
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.NoAnswerException
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.SensorHeadset
+import dev.ml2sensors.source.VideoEncoder
+import dev.ml2sensors.source.VideoOutput
+import dev.ml2sensors.source.VideoPacket
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.flow.MutableStateFlow
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
+import org.robolectric.annotation.Implementation
+import org.robolectric.annotation.Implements
 import org.robolectric.shadow.api.Shadow
+import org.robolectric.shadows.ShadowBatteryManager
+import org.robolectric.shadows.ShadowPowerManager
 import org.robolectric.util.ReflectionHelpers
 import java.nio.ByteBuffer
 import java.nio.channels.GatheringByteChannel
+import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.Future
+import java.util.concurrent.TimeoutException
+import java.util.concurrent.atomic.AtomicInteger
+import java.util.concurrent.atomic.AtomicLong
 import kotlin.random.Random
+import kotlin.time.Duration
 
 /** Android and the devices below it: delivers to the product's sources when asked, and fails as told. */
 internal class HarshPlatform(private val app: Application) {
@@ -39,12 +57,25 @@ internal class HarshPlatform(private val app: Application) {
     }
     val poses = FakePoses().apply { isThere = true }
     val encoder = FakeEncoder()
+    private val ofSensors = HarshCalls()
+    private val ofCamera = HarshCalls()
+    private val ofBattery = HarshCalls()
+    private val ofPower = HarshCalls()
+    val ofQuestions = HarshCalls()
+    val video = HarshVideo()
+
+    /** True if no call is under way but those that never return. */
+    val isIdle: Boolean
+        get() = listOf(ofSensors, ofCamera, ofBattery, ofPower, ofQuestions, video.calls).all { it.isIdle }
     val hub = SensorHub(sensorManager)
     val sensors = SensorRow.ALL.distinctBy { it.stream }.associate { it.stream to hub.add(it.type, it.name) }
     val networks = mutableListOf<FakeNsdManager>()
     val browser = NsdBrowser(::newNsdManager, wifi)
 
     private val silent = mutableMapOf<StreamSpec, Int>()
+    private val excuses = mutableMapOf<StreamSpec, Int>()
+    private val recovering = STREAMS.toMutableSet()
+    private val receivers = BatteryContext()
     private val refusals = mutableListOf<Exception>()
     val jumpsNanos = mutableMapOf<StreamSpec, Long>()
     val oddFrames = ArrayDeque<Frame>()
@@ -80,15 +111,38 @@ internal class HarshPlatform(private val app: Application) {
     /** True while the camera, its service or the vendor's tracker does not answer. */
     val isCameraMute: Boolean get() = mutes > 0
     private var mutes = 0
+    private var unlistings = 0
+
+    /** True while the encoder does not return the images that it was given. */
+    val keepsImages: Boolean get() = NeverReturns.isHeld("YuvImage.compressToJpeg")
+
+    /** True while a run of the camera may not end. */
+    val isCameraStuck: Boolean get() = isCameraMute || keepsImages
 
     /** Lets the camera not answer, in the way that [begin] begins; returns what ends that by [end]. */
     fun muteCamera(begin: () -> Unit, end: () -> Unit): () -> Unit {
         mutes++
+        val excuse = excuse(setOf(StreamTable.color))
         begin()
         return {
             end()
             mutes--
+            excuse()
         }
+    }
+
+    /** Lets the runs of [specs] end, until the returned function was called and they are published again. */
+    fun excuse(specs: Collection<StreamSpec>): () -> Unit {
+        recovering += specs
+        specs.forEach { excuses.merge(it, 1, Int::plus) }
+        return { specs.forEach { excuses.merge(it, -1, Int::plus) } }
+    }
+
+    fun isExcused(spec: StreamSpec): Boolean = spec in recovering
+
+    /** [spec] is published. */
+    fun recovered(spec: StreamSpec) {
+        if (excuses.getOrDefault(spec, 0) == 0) recovering -= spec
     }
 
     /** Opens the product's sources, as an app does. */
@@ -97,12 +151,12 @@ internal class HarshPlatform(private val app: Application) {
         shadowOf(app).grantPermissions(CAMERA)
         val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
         val sources = listOf(
-            SensorManagerSource(sensorManager, device.clocks, bases),
-            Camera2Source(cameraManager, poses, device.clocks, bases, EncoderThreads(2), encoder),
-            BatterySource(app, device.clocks.boot),
+            SensorManagerSource(sensorManager, device.clocks, bases, ofSensors),
+            Camera2Source(cameraManager, poses, device.clocks, bases, EncoderThreads(2), encoder, calls = ofCamera),
+            BatterySource(receivers, device.clocks.boot, ofBattery),
         ).map { PermissionCheckedSource(app, it) }
         val headset = SensorHeadset(Headset.Identity("harsh", "harsh"), device.clocks.boot, sources)
-        return AndroidHeadset(headset, device.clocks, bases, app.getSystemService(PowerManager::class.java))
+        return AndroidHeadset(headset, device.clocks, bases, app.getSystemService(PowerManager::class.java), ofPower)
     }
 
     fun isSilent(spec: StreamSpec): Boolean = silent.getOrDefault(spec, 0) > 0
@@ -110,14 +164,26 @@ internal class HarshPlatform(private val app: Application) {
     /** Lets the sensors of [specs] measure nothing; returns what ends that. */
     fun silence(specs: Collection<StreamSpec>): () -> Unit {
         specs.forEach { silent.merge(it, 1, Int::plus) }
-        return { specs.forEach { silent.merge(it, -1, Int::plus) } }
+        val excuse = excuse(specs)
+        return {
+            specs.forEach { silent.merge(it, -1, Int::plus) }
+            excuse()
+        }
+    }
+
+    /** Lists camera 1, which makes JPEGs itself, no longer; returns what ends that. */
+    fun unlistCamera(): () -> Unit {
+        if (unlistings++ == 0) rig.remove("1")
+        return { if (--unlistings == 0) rig.add("1", listOf(JPEG)) }
     }
 
     /** Lets no camera open; returns what ends that. */
     fun refuseCamera(cause: Exception): () -> Unit {
         refusals += cause
         CameraRig.failure = cause
+        val excuse = excuse(setOf(StreamTable.color))
         return {
+            excuse()
             refusals -= cause
             CameraRig.failure = refusals.lastOrNull()
         }
@@ -132,7 +198,10 @@ internal class HarshPlatform(private val app: Application) {
         }
     }
 
-    /** Broadcasts the state of the battery; returns the number of receivers. */
+    /** How many states of the battery were delivered with a registration. */
+    val deliveredAtOnce: Long get() = receivers.deliveredAtOnce.getAndSet(0)
+
+    /** Broadcasts the state of the battery; returns the number of receivers that are read. */
     fun broadcast(): Int {
         val oddity = batteryOddity
         val intent = Intent(Intent.ACTION_BATTERY_CHANGED)
@@ -148,7 +217,31 @@ internal class HarshPlatform(private val app: Application) {
         stickyBroadcasts[intent.action] = intent
         val receivers = shadowOf(app).registeredReceivers.filter { it.intentFilter.hasAction(intent.action) }
         receivers.forEach { it.broadcastReceiver.onReceive(app, intent) }
-        return receivers.size
+        return receivers.count { it.broadcastReceiver !in this.receivers.left }
+    }
+
+    /** Registers receivers, which may not return. */
+    private inner class BatteryContext : ContextWrapper(app) {
+        /** Those that the product does not read any more. */
+        val left: MutableSet<BroadcastReceiver> = ConcurrentHashMap.newKeySet()
+        val deliveredAtOnce = AtomicLong()
+
+        override fun registerReceiver(receiver: BroadcastReceiver?, filter: IntentFilter): Intent? {
+            NeverReturns.pass("Context.registerReceiver")
+            if (Thread.currentThread() in NeverReturns.givenUp) {
+                left += checkNotNull(receiver)
+            } else {
+                deliveredAtOnce.addAndGet(stickyBroadcasts.size.toLong())
+            }
+            return super.registerReceiver(receiver, filter)
+        }
+
+        override fun unregisterReceiver(receiver: BroadcastReceiver) {
+            left += receiver
+            NeverReturns.pass("Context.unregisterReceiver")
+            super.unregisterReceiver(receiver)
+            left -= receiver
+        }
     }
 
     /** Delivers one frame, an [odd] one if that is not null. Returns false if the camera was closed before. */
@@ -248,6 +341,104 @@ internal class HarshPlatform(private val app: Application) {
 
         /** More than half of the readings after which a clock is unknown for good. */
         private const val BURST = 60
+    }
+}
+
+/** Android's BatteryManager and PowerManager, which may not return. */
+@Implements(BatteryManager::class)
+internal class HarshBattery : ShadowBatteryManager() {
+    @Implementation
+    public override fun getLongProperty(id: Int): Long {
+        NeverReturns.pass("BatteryManager.getLongProperty")
+        return super.getLongProperty(id)
+    }
+}
+
+@Implements(PowerManager::class)
+internal class HarshPower : ShadowPowerManager() {
+    @Implementation
+    public override fun isInteractive(): Boolean {
+        NeverReturns.pass("PowerManager.isInteractive")
+        return super.isInteractive()
+    }
+}
+
+/** Calls of the product that give up as soon as the platform is known not to return: no limit passes in virtual time. */
+internal class HarshCalls : PlatformCalls() {
+    private val begun = AtomicInteger()
+    private val threads = ConcurrentHashMap<Runnable, Thread>()
+
+    val isIdle: Boolean get() = threads.size == begun.get() && threads.values.all(::isStuck)
+
+    override fun execute(call: Runnable) {
+        begun.incrementAndGet()
+        super.execute {
+            threads[call] = Thread.currentThread()
+            call.run()
+            NeverReturns.givenUp -= Thread.currentThread()
+            threads -= call
+            begun.decrementAndGet()
+        }
+    }
+
+    override fun <T> await(call: Future<T>, patience: Duration): T {
+        while (!call.isDone) {
+            val thread = threads[call as Runnable]
+            if (thread != null && isStuck(thread)) {
+                NeverReturns.givenUp += thread
+                throw TimeoutException()
+            }
+            Thread.yield()
+        }
+        return call.get()
+    }
+
+    /** A call may also wait for one that never returns: for its lock, or for the thread of the encoder. */
+    private fun isStuck(thread: Thread) = NeverReturns.keeps(thread) ||
+        (thread.state == Thread.State.BLOCKED && threads.values.any(NeverReturns::keeps)) ||
+        (thread.state == Thread.State.WAITING && NeverReturns.keepsOne("ml2s-video"))
+}
+
+/** A video beside the streams, whose encoder is opened again when it has failed. */
+internal class HarshVideo : VideoOutput {
+    val calls = HarshCalls()
+    private val encoders = MediaCodecEncoders(calls)
+    private var encoder: VideoEncoder? = null
+    private var micros = 0L
+
+    @Volatile
+    var packets = 0
+        private set
+
+    init {
+        AvcCodec.install(MediaCodecEncodersTest.WIDTH, MediaCodecEncodersTest.HEIGHT)
+    }
+
+    override fun packet(packet: VideoPacket) {
+        packets++
+    }
+
+    override fun failed(cause: Exception) = throw cause
+
+    fun tick() {
+        AvcCodec.inputs.clear()
+        val open = encoder ?: try {
+            encoders.open(MediaCodecEncodersTest.SETTINGS, this)
+        } catch (_: NoAnswerException) {
+            return
+        }
+        encoder = open
+        micros += 250_000
+        open.encode(PICTURE, micros, asKeyFrame = false)
+    }
+
+    fun close() {
+        encoder?.close()
+        encoder = null
+    }
+
+    private companion object {
+        val PICTURE = MediaCodecEncodersTest.picture(0)
     }
 }
 

@@ -29,7 +29,7 @@ import kotlin.time.Duration.Companion.hours
         CameraRig.Manager::class, CameraRig.Device::class, CameraRig.Session::class, CameraRig.Reader::class,
         CameraRig.TaggedResult::class, CameraRig.TaggedTotalResult::class, FakeMulticastLock::class,
         FakeNsdManager::class, SensorHub.NativeQueue::class, SensorHub.RealSensorManager::class,
-        SensorHub.RealSystemSensorManager::class,
+        SensorHub.RealSystemSensorManager::class, AvcCodec::class, HarshBattery::class, HarshPower::class,
     ],
 )
 class HarshTest {
@@ -63,9 +63,19 @@ class HarshTest {
             }
             assertFlat(usages.drop(WARM_UP))
             headset.close()
+            if (faults >=
+                ENOUGH
+            ) {
+                assertEquals(NeverReturns.CALLS.toSet(), NeverReturns.seen, "calls that never returned")
+            }
             assertEquals(before.mapValues { 0 }, headset.open(), "what is open in the end")
         } catch (e: Throwable) {
-            throw AssertionError("seed $seed, after ${begun.size} faults, the last ones ${begun.takeLast(10)}: $e", e)
+            throw AssertionError(
+                "seed $seed, after ${begun.size} faults, the last ones ${begun.takeLast(
+                    10,
+                )}, while ${lasting.keys}: $e",
+                e,
+            )
         }
     }
 
@@ -74,6 +84,7 @@ class HarshTest {
     fun mendAll() {
         end { true }
         CameraRig.readers.clear()
+        AvcCodec.reset()
         SensorHub.NativeQueue.reset()
     }
 
@@ -123,6 +134,9 @@ class HarshTest {
 
     private companion object {
         const val CHECKS = 20
+
+        /** So many faults reach every call of the platform while it does not return. */
+        const val ENOUGH = 2_000
 
         /** The checks before which classes are loaded and pools are filled. */
         const val WARM_UP = 4

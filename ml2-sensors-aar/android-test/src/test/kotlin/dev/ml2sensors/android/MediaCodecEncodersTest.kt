@@ -189,7 +189,7 @@ class MediaCodecEncodersTest {
 
     private fun hasThread() = Thread.getAllStackTraces().keys.any { it.name == "ml2s-video" }
 
-    private companion object {
+    internal companion object {
         const val WIDTH = 96
         const val HEIGHT = 64
         val SETTINGS = VideoSettings(WIDTH, HEIGHT, rateHz = 30, bitsPerSecond = 2_000_000)

@@ -42,8 +42,12 @@ internal class SensorHub(private val sensorManager: SensorManager) {
 
     private val listed: MutableList<Sensor> get() = ReflectionHelpers.getField(sensorManager, "mFullSensorsList")
 
+    /** The product has stopped reading [sensor], though its listeners may not be unregistered yet. */
+    fun leave(sensor: Sensor) = queues.values.filter { sensor in it.enabled }.forEach { it.isLeft = true }
+
     /**
-     * Lets [sensor] measure, on the thread its listener asked for; returns the number of listeners when they have it.
+     * Lets [sensor] measure, on the thread its listener asked for; returns the number of listeners that are read, when
+     * all have it.
      */
     fun measure(sensor: Sensor, timestamp: Long, vararg values: Float): Int {
         val listening = queues.values.filter { sensor in it.enabled }
@@ -55,7 +59,7 @@ internal class SensorHub(private val sensorManager: SensorManager) {
             }
             done.await()
         }
-        return listening.size
+        return listening.count { !it.isLeft }
     }
 
     /** The number of queues that listeners have, registered or not. */
@@ -71,6 +75,7 @@ internal class SensorHub(private val sensorManager: SensorManager) {
 
     private class Queue(private val target: Any, messages: MessageQueue) {
         val enabled: MutableMap<Sensor, Pair<Int, Int>> = ConcurrentHashMap()
+        var isLeft = false
         val handler = Handler(
             Thread.getAllStackTraces().keys.filterIsInstance<HandlerThread>().single {
                 it.looper?.queue === messages
@@ -124,9 +129,10 @@ internal class SensorHub(private val sensorManager: SensorManager) {
             @JvmStatic
             @Implementation
             fun nativeEnableSensor(queue: Long, handle: Int, periodMicros: Int, latencyMicros: Int): Int {
-                hanging?.await()
+                NeverReturns.pass("SensorManager.registerListener")
                 if (refuses) return FAILED
                 val it = queues.getValue(queue)
+                it.isLeft = Thread.currentThread() in NeverReturns.givenUp
                 it.enabled[it.sensor(handle)] = periodMicros to latencyMicros
                 return 0
             }
@@ -134,6 +140,7 @@ internal class SensorHub(private val sensorManager: SensorManager) {
             @JvmStatic
             @Implementation
             fun nativeDisableSensor(queue: Long, handle: Int): Int {
+                NeverReturns.pass("SensorManager.unregisterListener")
                 queues.getValue(queue).let { it.enabled.remove(it.sensor(handle)) }
                 return 0
             }
@@ -147,8 +154,7 @@ internal class SensorHub(private val sensorManager: SensorManager) {
             @JvmStatic
             @Resetter
             fun reset() {
-                hanging?.countDown()
-                hanging = null
+                NeverReturns.reset()
                 queues.clear()
                 refuses = false
             }
@@ -159,10 +165,6 @@ internal class SensorHub(private val sensorManager: SensorManager) {
         private const val FAILED = -1
         private val handles = AtomicLong()
         private val queues = ConcurrentHashMap<Long, Queue>()
-
-        /** While it is not open, no call to start a sensor returns. */
-        @Volatile
-        var hanging: CountDownLatch? = null
 
         /** Whether sensors do not start. */
         var refuses = false

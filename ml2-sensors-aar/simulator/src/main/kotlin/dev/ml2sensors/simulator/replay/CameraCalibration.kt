@@ -16,9 +16,9 @@ private const val MAX_SIDE_PIXELS = 4095.0
 private const val RADTAN = 5
 
 /**
- * What a data set says of one camera.
+ * The calibration of one camera, as its data set has it.
  *
- * @property rateHz its rate, if that is written.
+ * @property rateHz the rate of the camera; null if the data set does not have it.
  * @property inBody the pose of the optical frame in the body frame.
  */
 internal class CameraCalibration(val rateHz: Int?, val intrinsics: Intrinsics, val inBody: Transform) {

@@ -1,0 +1,53 @@
+"""The table of docs/waits.md has every wait and every lock of the code, and no other."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from document import ROOT
+
+_KOTLIN = "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors/"
+_KOTLIN_WAIT = re.compile(
+    r"@(?:[gs]et:)?Synchronized|synchronized\([\w@]+\)|\b\w+\??\.(?:withLock|await|join|joinAll|acquire)\b"
+    r"|\b(?:runBlocking|lazy)\b(?= *[({])|\bcall\.get\b|Thread\.sleep"
+)
+_C_WAIT = re.compile(
+    r"\b(?:nanosleep|await_another_thread|usleep|sem_wait|pthread_\w+)\b(?=\()|\block\([^)]+\)"
+)
+_COMMENT = ("*", "/*", "//", "import ")
+_ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| [^|]+ \| [^|]+ \|$", re.MULTILINE)
+
+
+def in_code() -> set[tuple[str, str]]:
+    kotlin = ROOT / _KOTLIN
+    packages = [kotlin / name for name in ("android", "stream", "session", "unity")]
+    files = [file for package in packages for file in package.glob("*.kt")]
+    files += [kotlin / "source/PlatformCalls.kt", kotlin / "capture/SensorThread.kt"]
+    return found_in(kotlin, files, _KOTLIN_WAIT) | found_in(
+        ROOT, list((ROOT / "native/sources").glob("*.[ch]")), _C_WAIT
+    )
+
+
+def found_in(root: Path, files: list[Path], pattern: re.Pattern[str]) -> set[tuple[str, str]]:
+    return {
+        (str(file.relative_to(root)), wait)
+        for file in files
+        for wait in waits(file.read_text(), pattern)
+    }
+
+
+def waits(text: str, pattern: re.Pattern[str]) -> set[str]:
+    lines = [line for line in text.splitlines() if not line.strip().startswith(_COMMENT)]
+    found = {it.group() for line in lines for it in pattern.finditer(line)}
+    # A question mark and the accessor of a property make no other wait.
+    return {re.sub(r"\?|(?<=@)[gs]et:", "", it) for it in found}
+
+
+def test_each_wait_and_lock_is_in_the_table_and_none_else() -> None:
+    rows = _ROW.findall((ROOT / "docs/waits.md").read_text())
+    assert len(rows) == len(set(rows))
+    code = in_code()
+    assert len(code) > 50
+    assert sorted(code - set(rows)) == [], "not in docs/waits.md"
+    assert sorted(set(rows) - code) == [], "not in the code any more"
