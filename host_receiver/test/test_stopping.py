@@ -89,7 +89,7 @@ stop_limit.STOP_S = 0.5
 parser = argparse.ArgumentParser()
 parser.parse_args = lambda _: argparse.Namespace(run=work)
 cli.command_line = lambda _: parser
-sys.exit(cli.main([]))
+sys.exit(cli.main(["work"]))
 """
 
 
