@@ -16,7 +16,11 @@ _TRIED = {
     ),
     "a paired headset": ("test_frame", "test_messages", "test_event_limit", "test_printable"),
     "a receiver, to `play`": ("test_play_extremes",),
-    "whoever made a file that is read": ("test_bag_forms", "test_calibration"),
+    "whoever made a file that is read": (
+        "test_bag_forms",
+        "test_calibration",
+        "test_special_files",
+    ),
     "another node of the ROS domain": (
         "test_eye_cameras",
         "test_save_config",
