@@ -76,20 +76,16 @@ static ml2s_result list_offered(PFN_xrGetInstanceProcAddr get_proc, ml2s_error *
                : xr_result_of(enumerated, "xrEnumerateInstanceExtensionProperties", error);
 }
 
-/** XR_ML_pixel_sensor needs futures. A runtime can refuse an instance that enables only the former. */
-static bool can_enable(const char *extension) {
-    return loader_offers(extension) &&
-           (strcmp(extension, XR_ML_PIXEL_SENSOR_EXTENSION_NAME) != 0 || loader_offers(XR_EXT_FUTURE_EXTENSION_NAME));
-}
-
-/** Lists the extensions to enable: those that the library uses and the runtime offers. */
+/** Lists the extensions to enable: those that the library uses, and that the runtime offers with what they need. */
 static uint32_t choose(bool is_android, const char **chosen) {
-#define EXTENSION(identifier, table, functions, extension) extension,
-    static const char *const used[] = {XR_MND_HEADLESS_EXTENSION_NAME, XR_AREAS(EXTENSION)};
+#define EXTENSION(identifier, table, functions, extension, needs) {extension, needs},
+    static const struct {
+        const char *name, *needs;
+    } used[] = {{XR_MND_HEADLESS_EXTENSION_NAME, NULL}, XR_AREAS(EXTENSION)};
     uint32_t count = 0;
     for (uint32_t i = 0; i < sizeof used / sizeof *used; i++) {
-        if (can_enable(used[i])) {
-            chosen[count++] = used[i];
+        if (loader_offers(used[i].name) && (!used[i].needs || loader_offers(used[i].needs))) {
+            chosen[count++] = used[i].name;
         }
     }
     if (is_android) {

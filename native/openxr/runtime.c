@@ -10,7 +10,8 @@
 #include "session.h"
 
 #define NAME(name) #name,
-#define NAMES(identifier, table, functions, extension) static const char *const table##_names[] = {functions(NAME)};
+#define NAMES(identifier, table, functions, extension, needs)                                                          \
+    static const char *const table##_names[] = {functions(NAME)};
 XR_AREAS(NAMES)
 
 static const struct area {
@@ -19,7 +20,7 @@ static const struct area {
     size_t count;
     const char *const *names;
 } areas_known[XR_AREA_COUNT] = {
-#define AREA(identifier, table, functions, extension)                                                                  \
+#define AREA(identifier, table, functions, extension, needs)                                                           \
     [identifier] = {extension, offsetof(struct xr, table), sizeof xr.table / sizeof(void *), table##_names},
     XR_AREAS(AREA)};
 

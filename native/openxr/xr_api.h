@@ -67,22 +67,25 @@
 
 #define XR_HANDS_FUNCTIONS(F) F(xrCreateHandTrackerEXT) F(xrDestroyHandTrackerEXT) F(xrLocateHandJointsEXT)
 
-/** A(identifier, table, functions, extension): groups of functions that a runtime has or lacks as a whole. */
+/**
+ * A(identifier, table, functions, extension, needs): groups of functions that a runtime has or lacks as a whole. needs
+ * is the extension without which a runtime can refuse an instance that enables this one, or NULL.
+ */
 #define XR_AREAS(A)                                                                                                    \
-    A(XR_CORE, core, XR_CORE_FUNCTIONS, "OpenXR 1.0")                                                                  \
-    A(XR_TIME, time, XR_TIME_FUNCTIONS, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)                                   \
-    A(XR_FUTURE, future, XR_FUTURE_FUNCTIONS, XR_EXT_FUTURE_EXTENSION_NAME)                                            \
-    A(XR_PIXEL, pixel, XR_PIXEL_FUNCTIONS, XR_ML_PIXEL_SENSOR_EXTENSION_NAME)                                          \
-    A(XR_GAZE, gaze, XR_PROFILE_FUNCTIONS, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME)                                 \
-    A(XR_CONTROLLER, controller, XR_PROFILE_FUNCTIONS, XR_ML_ML2_CONTROLLER_INTERACTION_EXTENSION_NAME)                \
-    A(XR_HANDS, hands, XR_HANDS_FUNCTIONS, XR_EXT_HAND_TRACKING_EXTENSION_NAME)
+    A(XR_CORE, core, XR_CORE_FUNCTIONS, "OpenXR 1.0", NULL)                                                            \
+    A(XR_TIME, time, XR_TIME_FUNCTIONS, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, NULL)                             \
+    A(XR_FUTURE, future, XR_FUTURE_FUNCTIONS, XR_EXT_FUTURE_EXTENSION_NAME, NULL)                                      \
+    A(XR_PIXEL, pixel, XR_PIXEL_FUNCTIONS, XR_ML_PIXEL_SENSOR_EXTENSION_NAME, XR_EXT_FUTURE_EXTENSION_NAME)            \
+    A(XR_GAZE, gaze, XR_PROFILE_FUNCTIONS, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME, NULL)                           \
+    A(XR_CONTROLLER, controller, XR_PROFILE_FUNCTIONS, XR_ML_ML2_CONTROLLER_INTERACTION_EXTENSION_NAME, NULL)          \
+    A(XR_HANDS, hands, XR_HANDS_FUNCTIONS, XR_EXT_HAND_TRACKING_EXTENSION_NAME, NULL)
 
-#define XR_IDENTIFIER(identifier, table, functions, extension) identifier,
+#define XR_IDENTIFIER(identifier, table, functions, extension, needs) identifier,
 enum xr_area { XR_AREAS(XR_IDENTIFIER) XR_AREA_COUNT };
 #define XR_AREA_BIT(area) (1u << (area))
 
 #define XR_POINTER(name) PFN_##name name;
-#define XR_TABLE(identifier, table, functions, extension)                                                              \
+#define XR_TABLE(identifier, table, functions, extension, needs)                                                       \
     struct {                                                                                                           \
         functions(XR_POINTER)                                                                                          \
     } table;
