@@ -41,6 +41,16 @@ class PlatformCallsTest {
     }
 
     @Test
+    fun whatWasBegunIsEndedThoughAnEarlierCallIsNotAnswered() {
+        val answer = CountDownLatch(1)
+        val ended = CountDownLatch(1)
+        assertFailsWith<NoAnswerException> { calls.call("opening") { answer.await() } }
+        calls.end("opening", ended::countDown)
+        assertEquals(0, ended.count)
+        answer.countDown()
+    }
+
+    @Test
     fun everyLateResultIsUndone() {
         val answer = CountDownLatch(1)
         val late = LinkedBlockingQueue<Int>()

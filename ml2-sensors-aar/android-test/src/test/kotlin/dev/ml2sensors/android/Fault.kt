@@ -113,7 +113,6 @@ private fun HarshHeadset.encodingNeverReturns(call: String): () -> Unit {
     return {
         end()
         list()
-        encoderAnswers()
         excuse()
     }
 }

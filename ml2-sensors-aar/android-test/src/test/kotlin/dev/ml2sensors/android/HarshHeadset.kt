@@ -60,6 +60,9 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     private val lanes = streams.values.flatMap { it.channels }.map { it.lane }.distinct()
     private var links = emptyList<Job>()
     private var run: Run? = null
+
+    /** The run whose images the encoder has kept, until they are counted or the run is over. */
+    private var keptOf: Run? = null
     private var isPaused = false
 
     /** True if a frame of this tick has ended a run. */
@@ -158,11 +161,13 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         scheduler.advanceTimeBy(TICK)
         platform.device.monotonicNanos += TICK.inWholeNanoseconds
         settle()
+        takeKeptImages()
         for (stream in streams.values) if (!platform.isSilent(stream.spec)) measure(stream)
         platform.video.tick()
         if (search?.isActive != true) search = scope.backgroundScope.launch { search() }
         settle()
         streams.getValue(StreamTable.battery).delivered += platform.deliveredAtOnce
+        takeKeptImages()
         streams.values.forEach(::checkHonest)
         streams.values.forEach(::checkCounters)
         platform.checkImages()
@@ -182,7 +187,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
 
     private fun frames() {
         // Else its thread may be blocked, too
-        if (platform.isCameraMute) return
+        if (platform.isCameraMute || (keptOf != null && !platform.keepsImages)) return
         val current = run?.takeIf { !it.isOver && it.job.isActive } ?: return
         val camera = current.camera ?: return
         // That an image has no result is known when the next result arrives
@@ -196,7 +201,10 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
             color.delivered++
             if (frame?.isAnswered != false && !platform.keepsImages) awaitCounted()
         }
-        if (platform.keepsImages) return
+        if (platform.keepsImages) {
+            keptOf = current
+            return
+        }
         awaitCounted()
         if (!camera.isClosed) return
         hasRunEnded = true
@@ -207,16 +215,13 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         }
     }
 
-    /** Waits for the images that the encoder has kept; those of a run that was given up are counted by nobody. */
-    fun encoderAnswers() {
-        val current = run ?: return
-        if (!current.isOver && current.job.isActive) {
-            awaitCounted()
-        } else {
-            await("the run that was given up is over") { current.isOver }
-            color.delivered = color.produced
-        }
+    /** Counts on the images that the encoder has kept, but for those of a run that was given up. */
+    private fun takeKeptImages() {
+        val keeper = keptOf ?: return
+        if (platform.keepsImages || (!keeper.isOver && color.produced != color.delivered)) return
+        color.delivered = color.produced
         color.published = color.sent
+        keptOf = null
     }
 
     private fun awaitCounted() = await("the frames are counted") { color.produced == color.delivered }
@@ -244,7 +249,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         // Before its end
         platform.excuse(setOf(StreamTable.color))()
         if (error == CameraRig.DISCONNECTED) CameraRig.opened.disconnect() else CameraRig.opened.fail(error)
-        if (!platform.isCameraStuck) await("the camera is closed") { current.isOver }
+        if (!isCameraStuck) await("the camera is closed") { current.isOver }
     }
 
     /** Pauses the headset, and returns when its camera is closed, unless it does not answer. */
@@ -273,7 +278,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         platform.excuse(setOf(spec))()
         asked.negotiate(spec, stream.values)
         stream.job.cancel()
-        if (spec == StreamTable.color && platform.isCameraStuck) repeat(TICKS_TO_STOP) { tick() }
+        if (spec == StreamTable.color && isCameraStuck) repeat(TICKS_TO_STOP) { tick() }
         await("$spec stops") { stream.job.isCompleted }
         states.setStopped(spec.id, null)
         stream.start()
@@ -284,9 +289,12 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         platform.isIdle && isCameraSettled() && streams.values.all { stream -> stream.counts.all(::areBalanced) }
     }
 
+    /** True while a run of the camera may not end. */
+    private val isCameraStuck get() = platform.isCameraMute || platform.keepsImages || keptOf != null
+
     private fun isCameraSettled(): Boolean {
         val current = run ?: return true
-        val isGivenUp = platform.keepsImages && !current.job.isActive
+        val isGivenUp = isCameraStuck && !current.job.isActive
         if (current.isOver || isPaused || platform.isCameraMute || isGivenUp) return true
         if (current.camera == null) current.camera = platform.rig.nextRunning()
         return current.camera != null && current.job.isActive
@@ -307,7 +315,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     private fun checkHonest(stream: Stream) {
         val state = stream.state
         val published = stream.sent
-        val hasStopped = stream == color && hasRunEnded
+        val hasStopped = stream == color && (hasRunEnded || keptOf != null)
         check(published == stream.published || hasStopped || state.state == Status.Stream.RUNNING) {
             "${stream.spec} is published, but ${state.reason}"
         }
@@ -326,7 +334,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
 
     /** Checks that what the platform delivered is produced, and that what is produced is sent or counted as lost. */
     private fun checkCounters(stream: Stream) {
-        val isKept = stream == color && platform.keepsImages
+        val isKept = stream == color && keptOf != null
         for (counts in stream.counts) {
             check(isKept || (areBalanced(counts) && counts.produced == stream.delivered)) {
                 "of ${stream.spec}, ${stream.delivered} were delivered, ${counts.produced} produced, " +

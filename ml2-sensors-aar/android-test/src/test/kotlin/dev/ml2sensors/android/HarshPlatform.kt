@@ -116,9 +116,6 @@ internal class HarshPlatform(private val app: Application) {
     /** True while the encoder does not return the images that it was given. */
     val keepsImages: Boolean get() = NeverReturns.isHeld("YuvImage.compressToJpeg")
 
-    /** True while a run of the camera may not end. */
-    val isCameraStuck: Boolean get() = isCameraMute || keepsImages
-
     /** Lets the camera not answer, in the way that [begin] begins; returns what ends that by [end]. */
     fun muteCamera(begin: () -> Unit, end: () -> Unit): () -> Unit {
         mutes++
