@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+
 from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
 from case_files import Vector, named
 from frame_bytes import frame

@@ -13,6 +13,8 @@ from ..generated.version import VERSION
 from ..session.server import Server
 from ..session.settings import ReceiverSettings
 from ..session.sink import Sink
+from ..topics.calibrated_sink import CalibratedSink
+from ..topics.fan_out import FanOut
 from .options import add_file, add_ros_args, name
 from .ros_start import node_arguments, ros_needed
 from .session_port import SessionPort, add_insecure, add_keys
@@ -92,6 +94,17 @@ def ros_node(config: Config, options: argparse.Namespace) -> "RosNode | None":
     with ros_needed():
         from ..ros.node import RosNode  # reads the profile
     return RosNode(config, node_arguments(options.ros_args, config.name))
+
+
+@contextmanager
+def ros_sink(
+    node: "RosNode", server: Server, file: ConfigFile, sink: CalibratedSink, sinks: FanOut
+) -> Iterator[None]:
+    """Publishes as the node, and answers its services, until left; adds itself to `sinks`."""
+    from ..ros.sink import RosSink
+
+    with RosSink(node, server, file, sink.use, sinks):
+        yield
 
 
 def new_server(port: SessionPort, config: Config, sink: Sink, *, is_paused: bool = False) -> Server:

@@ -9,7 +9,7 @@ from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .options import Subparsers
 from .printed_events import PrintedEvents
-from .receiving import add_options, config_file, load, new_server, ros_node, running
+from .receiving import add_options, config_file, load, new_server, ros_node, ros_sink, running
 from .ros_start import node_name, topic_remappings
 from .session_port import SessionPort
 from .stopping import stop_signal
@@ -60,9 +60,7 @@ def _run(options: argparse.Namespace) -> int:
         sink = CalibratedSink(sinks, config.calibrations)
         server = new_server(port, config, sink, is_paused=options.start_paused)
         if node is not None:
-            from ..ros.sink import RosSink
-
-            stack.enter_context(RosSink(node, server, file, sink.use, sinks))
+            stack.enter_context(ros_sink(node, server, file, sink, sinks))
         name = node_name(options.ros_args) if node is None else node.name
         remapped = str if node is None else node.remapped
         if (zenoh := zenoh_output(options, config, sinks, server, name, remapped)) is not None:

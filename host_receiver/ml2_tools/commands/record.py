@@ -14,6 +14,7 @@ from ml2_receiver.commands.receiving import (
     load,
     new_server,
     ros_node,
+    ros_sink,
     running,
 )
 from ml2_receiver.commands.session_port import SessionPort
@@ -144,9 +145,7 @@ def _record(options: argparse.Namespace) -> int:
         sink = CalibratedSink(sinks, config.calibrations)
         server = new_server(port, config, sink, is_paused=options.start_paused)
         if node is not None:
-            from ml2_receiver.ros.sink import RosSink
-
-            stack.enter_context(RosSink(node, server, file, sink.use, sinks))
+            stack.enter_context(ros_sink(node, server, file, sink, sinks))
         recording = Recording(options.out, _recording_options(options), config.prefix, sinks, fail)
         stack.callback(recording.end)
         with running(server, port):
