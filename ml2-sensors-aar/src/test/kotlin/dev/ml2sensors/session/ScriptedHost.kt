@@ -64,6 +64,13 @@ internal class ScriptedHost(
         return session
     }
 
+    /** Waits for the next HELLO, asks for [streams] and starts them. */
+    fun session(streams: String): HostSession = awaitHello().apply {
+        welcome(received())
+        configure(1, streams)
+        start(1)
+    }
+
     override fun close() {
         server.close()
         hellos.forEach { it.close() }

@@ -63,12 +63,10 @@ class NeverAnswersTest {
         host.close()
     }
 
-    private fun session(streams: String): HostSession {
-        val session = host.awaitHello()
-        session.welcome(host.received())
-        session.configure(1, streams)
-        session.start(1)
-        return session
+    private suspend fun sessionWithAStreamThatDoesNotClose(): HostSession {
+        closing += StreamTable.worldLeft
+        streamer.start()
+        return host.session("""{"world_left": {}, "gyro_left": {}}""").also { fake.awaitRunning(StreamTable.worldLeft) }
     }
 
     private suspend fun await(id: String, isSo: (StreamState?) -> Boolean) =
@@ -76,10 +74,7 @@ class NeverAnswersTest {
 
     @Test
     fun aStreamThatDoesNotStopIsLostAloneAndSaysSoAndComesBack() = runBlocking<Unit> {
-        closing += StreamTable.worldLeft
-        streamer.start()
-        val session = session("""{"world_left": {}, "gyro_left": {}}""")
-        fake.awaitRunning(StreamTable.worldLeft)
+        val session = sessionWithAStreamThatDoesNotClose()
         val gyroscope = launch(Dispatchers.Default) {
             while (true) fake.deliver(StreamTable.gyroLeft, VectorSample(fake.clock.nowNanos(), 0.0, 0.0, 0.0))
         }
@@ -100,13 +95,10 @@ class NeverAnswersTest {
 
     @Test
     fun theNextSessionIsConfiguredToo() = runBlocking<Unit> {
-        closing += StreamTable.worldLeft
-        streamer.start()
-        val first = session("""{"world_left": {}, "gyro_left": {}}""")
-        fake.awaitRunning(StreamTable.worldLeft)
+        val first = sessionWithAStreamThatDoesNotClose()
         first.configure(2, "{}")
         first.close()
-        session("""{"gyro_left": {}}""")
+        host.session("""{"gyro_left": {}}""")
         fake.awaitRunning(StreamTable.gyroLeft)
     }
 
@@ -129,7 +121,7 @@ class NeverAnswersTest {
         opening += StreamTable.all.filter { it != StreamTable.gyroLeft && it != StreamTable.custom }
         streamer.start()
         val all = opening.joinToString { "\"${it.id}\": {}" }
-        session("""{$all, "gyro_left": {}}""")
+        host.session("""{$all, "gyro_left": {}}""")
         fake.deliver(StreamTable.gyroLeft, VectorSample(fake.clock.nowNanos(), 0.0, 0.0, 0.0))
         await("depth") { it is StreamState.Waiting && "no capture for" in it.reason }
         val state = withTimeout(40.seconds) {

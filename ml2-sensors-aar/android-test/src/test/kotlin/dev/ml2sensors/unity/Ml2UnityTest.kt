@@ -3,7 +3,6 @@ package dev.ml2sensors.unity
 import android.Manifest
 import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.session.HostFrame
-import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.unity.UnityProbe.Companion.state
@@ -161,13 +160,7 @@ class Ml2UnityTest {
         assertFailsWith<IllegalStateException> { start("{}") }
     }
 
-    private fun session(streams: String): HostSession {
-        val session = host.awaitHello()
-        session.welcome(host.received())
-        session.configure(1, streams)
-        session.start(1)
-        return session
-    }
+    private fun session(streams: String) = host.session(streams)
 
     private fun start(defaults: String) = unity.start(host.address.toString(), defaults, insecure = true)
 

@@ -82,11 +82,7 @@ class UnityCloseTest {
 
                 else -> if (session == null && listening == null) {
                     unity.start(host.address.toString(), STREAMS, insecure = true)
-                    session = host.awaitHello().apply {
-                        welcome(host.received())
-                        configure(1, STREAMS)
-                        start(1)
-                    }
+                    session = host.session(STREAMS)
                 }
             }
         }
