@@ -29,6 +29,25 @@ def test_a_signal_that_another_thread_gets_ends_the_wait(number: signal.Signals)
         assert child.end(number) == 0
 
 
+# As a call of Fast DDS that never ended: no thread of Python runs any more.
+LOCKED = """
+import ctypes
+from ml2_receiver.commands.stopping import stop_signal
+
+stopping = stop_signal()
+print("waits", flush=True)
+stopping.wait()
+ctypes.PyDLL(None).sleep(1000)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_call_that_keeps_pythons_lock_does_not_keep_the_process(number: signal.Signals) -> None:
+    with Child("-c", LOCKED) as child:
+        assert child.line() == "waits"
+        assert child.end(number) == 1
+
+
 @pytest.fixture
 def background_job() -> Iterator[None]:
     """Children start as those of a shell without job control do."""

@@ -60,5 +60,4 @@ def go_on() -> None:
 def _hear(heard: int, stopping: threading.Event) -> None:
     while True:
         if os.read(heard, 1)[0] in _SIGNALS:
-            stopping.set()
-            STOP_LIMIT.enforce()
+            STOP_LIMIT.enforce(stopping.set)
