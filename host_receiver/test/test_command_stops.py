@@ -292,6 +292,5 @@ def test_a_command_whose_output_nobody_reads_has_no_traceback(
     )
     os.close(writing)
     assert not has_traceback(run.stderr.splitlines())
-    assert "Error" not in run.stderr, run.stderr
     # 0 of argparse, 1 of rich, which see it first; 2 of what fails before it prints.
     assert run.returncode in (0, 1, 2, 141, -signal.SIGPIPE)
