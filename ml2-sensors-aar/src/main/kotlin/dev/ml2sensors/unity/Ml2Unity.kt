@@ -260,7 +260,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         }
 
         /** How long [close] waits for all, so that a busy device blocks Unity's main thread for 0.5 s at most. */
-        private val CLOSE_LIMIT = 350.milliseconds
+        private val CLOSE_LIMIT = 250.milliseconds
 
         /** How long [close] waits for the session to end in order, before it closes the headset. */
         private val ENDING_LIMIT = 300.milliseconds
