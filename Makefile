@@ -88,7 +88,7 @@ setup: ## Install what the receiver needs: Debian packages, and Python 3.12 with
 setup-%:
 	$(call set_up,receiver $(subst +, ,$*))
 
-build: native $(packaged) ## Compile and package the Kotlin library and the simulated headset
+build: setup-headset+app native $(packaged) ## Compile and package the Kotlin library, the simulated headset and the app's classes
 
 $(packaged): $(bundle) $(kotlin_files)
 	$(if_changed) $@ $(kotlin) build/native/bundle -- config/kotlin/package.sh $(maven_options)

@@ -61,7 +61,7 @@ missing_packages() {
   local group package name groups
   for group in "$@"; do
     grep -qE "[ ,]$group(,|\$)" "$environment/debian-packages.txt" ||
-      fail "no group $group: receiver, headset, test, csharp, lint, android and view are"
+      fail "no group $group: receiver, headset, test, csharp, lint, app, android and view are"
   done
   while read -r package name groups; do
     for group in "$@"; do

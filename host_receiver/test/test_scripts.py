@@ -144,6 +144,18 @@ def test_an_unknown_group_is_named_with_those_that_are(checkout: Path) -> None:
     assert error.startswith("setup: no group recieiver: receiver, headset, test")
 
 
+def test_what_compiles_the_app_is_installed_for_every_build() -> None:
+    table = (ROOT / "host_receiver/environment/debian-packages.txt").read_text()
+    of_app = set(re.findall(r"^\S+ (\S+) app\b", table, re.MULTILINE))
+    package = (ROOT / "ml2-sensors-aar/app/package.xml").read_text()
+    resources = package[package.index('name="resources"') :].partition("</target>")[0]
+    (framework,) = re.findall(r'name="framework" location="([^"]*)"', package)
+    assert of_app == {*re.findall(r'executable="([^"]*)"', resources), framework}
+    build = re.search(r"^build: (\S+)", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert build is not None
+    assert "app" in build[1].split("+")
+
+
 def test_groups_of_the_makefile_are_those_of_the_table() -> None:
     table = (ROOT / "host_receiver/environment/debian-packages.txt").read_text().splitlines()
     groups = {it for line in table if line[0] != "#" for it in line.split()[2].split(",")}
