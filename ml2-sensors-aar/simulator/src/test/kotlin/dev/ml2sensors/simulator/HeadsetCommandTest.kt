@@ -39,9 +39,9 @@ class HeadsetCommandTest {
             "--receiver h:1 --simulate a=1 --replay $recording" to "--simulate and --replay exclude each other",
             "--receiver h:1 --unknown" to "no such option --unknown",
             "--pair http://h:1" to "expected ml2s://HOST:PORT?fp=64_HEX_DIGITS&token=32_HEX_DIGITS",
-            "--insecure-eye-images" to "--insecure-eye-images needs --insecure",
-            "--keys $folder --receiver h:1" to "paired with no receiver: run ml2-receiver pair",
-            "--pair $URI --insecure" to "--pair and --insecure exclude each other",
+            "--insecure-eye-images --replay $recording" to "--insecure-eye-images needs --insecure",
+            "--keys $folder --receiver h:1 --replay $recording" to "paired with no receiver: run ml2-receiver pair",
+            "--pair $URI --insecure --replay $recording" to "--pair and --insecure exclude each other",
         )
         for ((arguments, message) in wrong) {
             val command = HeadsetCommand()
@@ -138,6 +138,7 @@ class HeadsetCommandTest {
 
     @Test
     fun wrongKeysAreNamedInOneLineAndExitWith2() {
+        val recording = SyntheticRecording(folder).folder.path
         val file = folder.resolve("file").apply { writeText("x") }
         val damaged = folder.resolve("damaged").apply { mkdir() }
         damaged.resolve("device.p12").writeText("x")
@@ -150,7 +151,7 @@ class HeadsetCommandTest {
         )
         for ((keys, message) in wrong) {
             val failure = assertFailsWith<CliktError>(keys) {
-                HeadsetCommand().parse(words("--keys $keys --receiver h:1"))
+                HeadsetCommand().parse(words("--keys $keys --receiver h:1 --replay $recording"))
             }
             val text = failure.message.orEmpty()
             assertTrue(text.startsWith("Error: $message"), text)
