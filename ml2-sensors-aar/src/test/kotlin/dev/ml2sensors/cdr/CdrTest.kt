@@ -421,7 +421,7 @@ class CdrTest {
     )
 
     @Test
-    fun aCloudOfAMegabyteIsReadInLessThanAMillisecond() {
+    fun aCloudOfAMegabyteIsReadInPlaceOrCopiedOnce() {
         val fields = List(4) { PointField("xyzi".substring(it, it + 1), it.toUInt() * 4u, 7u, 1u) }
         val header = Header(Time(1, 2u), "lidar")
         val cloud = PointCloud2(header, 1u, 65_536u, fields, false, 16u, MEGABYTE.toUInt(), ByteArray(MEGABYTE), true)
@@ -429,31 +429,28 @@ class CdrTest {
         assertEquals("44s44[s414]b44[1]b", layout(PointCloud2.serializer(ByteSequenceSerializer)))
         val message = ByteBuffer.allocateDirect(bytes.size).put(bytes).flip()
         for ((serializer, copied) in listOf(ByteSequenceSerializer to 0, ByteArraySerializer() to MEGABYTE)) {
-            val (nanos, allocated) = medianOfDecoding(PointCloud2.serializer(serializer), message)
-            assertTrue(nanos < 1_000_000, "$nanos ns")
+            val allocated = bytesOfDecoding(PointCloud2.serializer(serializer), message)
             assertTrue(allocated in copied..<copied + 4_000, "$allocated bytes")
         }
     }
 
     @Test
-    fun aMegabyteOfNumbersIsReadInLessThanAMillisecond() {
+    fun aMegabyteOfNumbersIsCopiedOnce() {
         val bytes = Cdr.encodeToByteArray(FloatArraySerializer(), FloatArray(MEGABYTE / Float.SIZE_BYTES))
-        val (nanos, allocated) = medianOfDecoding(FloatArraySerializer(), ByteBuffer.wrap(bytes))
-        assertTrue(nanos < 1_000_000, "$nanos ns")
+        val allocated = bytesOfDecoding(FloatArraySerializer(), ByteBuffer.wrap(bytes))
         assertTrue(allocated in MEGABYTE..<MEGABYTE + 4_000, "$allocated bytes")
     }
 
-    /** Of the time in ns, and of the bytes that are allocated. */
-    private fun medianOfDecoding(serializer: KSerializer<*>, message: ByteBuffer): Pair<Long, Long> {
+    /** The median of what one decoding allocates. */
+    private fun bytesOfDecoding(serializer: KSerializer<*>, message: ByteBuffer): Long {
         val threads = ManagementFactory.getThreadMXBean() as com.sun.management.ThreadMXBean
         val decodings =
-            List(501) {
-                val allocated = threads.currentThreadAllocatedBytes
-                val began = System.nanoTime()
+            List(51) {
+                val before = threads.currentThreadAllocatedBytes
                 Cdr.decode(serializer, message)
-                System.nanoTime() - began to threads.currentThreadAllocatedBytes - allocated
+                threads.currentThreadAllocatedBytes - before
             }
-        return decodings.map { it.first }.sorted()[250] to decodings.map { it.second }.sorted()[250]
+        return decodings.sorted()[25]
     }
 
     private companion object {
