@@ -22,7 +22,7 @@ if ((${#failed[@]})); then
   # As pytest, Surefire, CTest and NUnit write the name of a test that failed. Last, for a reader who sees only the end.
   grep --no-filename --extended-regexp \
     '\| (FAILED|ERROR) |<<< (FAILURE|ERROR)!|\*\*\*(Failed|Timeout|Exception)|\| [0-9]+\) (Failed|Error) :' \
-    "${failed[@]}" | sort --unique | sed --quiet 1,30p >&2 || echo 'no test named itself' >&2
+    "${failed[@]}" | cut -c 1-300 | sort --unique | sed --quiet 1,30p >&2 || echo 'no test named itself' >&2
   echo "failed: $(basename --multiple --suffix .failed "${failed[@]}" | xargs)" >&2
   exit 1
 fi

@@ -9,6 +9,7 @@ import pytest
 from configurations import only
 from ml2_receiver.wire.messages import StreamStatus
 from mock_device import MockDevice
+from repeated import repeated
 from ros_processes import Child, Receiver
 from terminal import OnTerminal, plain
 
@@ -67,8 +68,11 @@ def test_80_columns_have_rate_losses_and_latency(device: MockDevice) -> None:
     device.exchange_time(1)
     for skip in (0, 2):
         device.publish("battery", skip=skip)
-    device.publish("world_left/image_raw")
-    with OnTerminal("topics", "--once") as child:
+    image = "world_left/image_raw"  # again and again, for it is not to be silent
+    with (
+        repeated(lambda: device.publish(image), 0.03),
+        OnTerminal("topics", "--once") as child,
+    ):
         head = r"topics under /magic_leap2/.*Hz +lost +ms +ms +state"
         whole = r"\n  world_left/image_raw +[\d.]+ +30 +0 +[\d.]+ +[\d.]+ +✓ "
         lossy = r"\n  battery +[\d.]+ +as delivered +2 +[\d.]+ +[\d.]+ +lost "

@@ -14,6 +14,7 @@ from mcap.writer import Writer
 import bag_scene
 from ml2_receiver.cli import main
 from ml2_receiver.recording.message_definitions import DEFINITIONS
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION
 from ml2_tools.bags.bag_reader import Bag
 from ml2_tools.inspection.check import Check
 from ml2_tools.inspection.inspection import inspect
@@ -256,7 +257,7 @@ def test_a_recording_without_stamps_is_no_pass(tmp_path: Path) -> None:
 def test_a_type_that_is_not_read_is_said(tmp_path: Path) -> None:
     type = "sensor_msgs/msg/Temperature"
     assert type not in DEFINITIONS
-    unknown = Message("/room", BEGIN_NS, BEGIN_NS, type, payload=bytes(64))
+    unknown = Message("/room", BEGIN_NS, BEGIN_NS, type, payload=CDR_ENCAPSULATION + bytes(60))
     found = checks(tmp_path, [*sound(), unknown])["/room", "messages"]
     assert (found.verdict, type in found.found) == ("hint", True)
 
