@@ -245,9 +245,9 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
 
     /** Lets the camera fail with [error] if it runs, and returns when it is closed, unless it does not answer. */
     fun loseCamera(error: Int) {
-        val current = run?.takeIf { !it.isOver && it.camera != null } ?: return
-        // Before its end
+        // Before its end; one that is about to be opened may fail, too
         platform.excuse(setOf(StreamTable.color))()
+        val current = run?.takeIf { !it.isOver && it.camera != null } ?: return
         if (error == CameraRig.DISCONNECTED) CameraRig.opened.disconnect() else CameraRig.opened.fail(error)
         if (!isCameraStuck) await("the camera is closed") { current.isOver }
     }
