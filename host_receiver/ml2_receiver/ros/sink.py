@@ -35,16 +35,15 @@ _DIAGNOSTICS_PERIOD_S = 1.0
 
 
 class RosSink:
-    """A Sink that publishes as `node`, and the services and parameters of that node, until left.
+    """A Sink that publishes as `node`, and answers that node's services and parameters.
 
-    It publishes the table's topics under the prefix, `config` and `log` beside them, and the
-    report on /diagnostics once per second. It adds itself to `sinks`, and spins the node.
-    Thread-safe.
+    It does so while it is entered. It publishes the table's topics under the prefix, `config` and
+    `log` beside them, and the report on /diagnostics once per second. Thread-safe.
 
     Args:
         file: what ~/reload reads and ~/save_config writes.
         calibrate: takes the user's calibrations by stream, whenever settings or they change.
-        sinks: what can be recorded.
+        sinks: what can be recorded; it adds itself to them.
     """
 
     def __init__(
@@ -82,10 +81,12 @@ class RosSink:
         self._node.on_change(self._settings_changed)
         steady_timer(self._node, _DIAGNOSTICS_PERIOD_S, self._each_second)
         say_real_time(self._node)
-        sinks.add(self)
-        node.spin()
+        self._sinks = sinks
 
     def __enter__(self) -> Self:
+        """Adds itself to the sinks, and spins the node."""
+        self._sinks.add(self)
+        self._ros.spin()
         return self
 
     def __exit__(self, *_: object) -> None:
