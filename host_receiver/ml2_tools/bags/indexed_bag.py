@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from .bag_reader import BagMessage, BagPart, BagReader, Copies
+from .bag_reader import BagMessage, BagPart, BagReader
+from .copies import Copies
 
 # Its time, its part, its place there, and the message.
 type _Found = tuple[int, int, int, BagMessage]
