@@ -114,7 +114,7 @@ def spare(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 @pytest.fixture
 def given(spare: str, bag: Path, tmp_path: Path) -> dict[str, str]:
-    """What words of the commands above stand for."""
+    """Returns the file or address for each word in capitals of the commands above."""
     return {"BAG": str(bag), "NEW": str(tmp_path / "new"), "SPARE": spare}
 
 

@@ -16,7 +16,7 @@ LEFT, RIGHT = "world_left", "world_right"
 
 
 def outputs(**needed: Mapping[str, bool]) -> Demand:
-    """What each output needs."""
+    """A Demand to which each output has pushed its streams."""
     demand = Demand()
     for output, streams in needed.items():
         demand.push(output, streams)

@@ -1,4 +1,4 @@
-/** What the library itself asks of slots; all else is in ml2s.h. */
+/** Functions on slots that only the library calls; ml2s.h has the public ones. */
 #pragma once
 
 #include "../sdk/ml2s.h"

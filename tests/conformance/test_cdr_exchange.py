@@ -247,7 +247,7 @@ def _cases(type: str) -> Iterator[Case]:
 
 @pytest.fixture(scope="module")
 def kotlin(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What the library makes of the types and of all that was written, in their order."""
+    """The layouts that the Kotlin library derives, and its answer to each written message."""
     folder = tmp_path_factory.mktemp("exchange")
     written = [(case.type, data) for case in cases() for data in case.written.values()]
     asked = {

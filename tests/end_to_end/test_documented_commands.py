@@ -24,7 +24,7 @@ from ros_domain import reserve_domain
 from waiting import LIMIT_S, await_true
 
 HEADSET, HERE = "ml2-sensors-aar/simulator/ml2-headset", "--receiver 127.0.0.1:7755"
-# What cannot run here, and why. The rest does.
+# Patterns of commands that cannot run here, with the reason. Every other command runs.
 NOT_HERE = {
     r"(sudo|apt-get) ": "changes the machine",
     r"(adb|ssh|rviz2|ros2|colcon) ": "not on this machine",
@@ -42,7 +42,7 @@ NOT_HERE = {
     r"\S+ play ": "host_receiver/test/test_command_play.py; the port has its headset here",
     r"\S+ .*--replay ": "tests/end_to_end/test_replay.py",
 }
-# What readers put in the place of words that stand for something of their own.
+# The pages name files and values of the reader; these stand for them here.
 REPLACED = {
     "--duration 60": "--duration 10",
     "/data/walk": "data_walk",

@@ -14,7 +14,7 @@ from vectors import HEADER_BYTES, vectors
 
 _BODIES = sorted(JsonBody.__subclasses__(), key=lambda it: it.__name__)
 _NAMES = {it.__name__.upper(): number for number, it in enumerate(_BODIES)}
-# Of the longest kind of name in PROTOCOL.md.
+# PROTOCOL.md bounds no name to more characters.
 _MOST_CHARACTERS = 128
 assert {ConfigText, Hello} <= set(_BODIES)
 

@@ -43,7 +43,7 @@ internal class Fault(val name: String, val begin: HarshHeadset.(Random) -> (() -
 
 /** The calls of the platform that do not return at present. */
 internal object NeverReturns {
-    /** Those that the product makes and that ask another process, a driver or the vendor's library. */
+    /** The product's calls that need an answer of another process, a driver or the vendor's library. */
     val CALLS = listOf(
         "CameraManager.getCameraIdList", "CameraManager.openCamera", "CameraDevice.createCaptureSession",
         "CameraCaptureSession.setRepeatingRequest", "CameraDevice.close", "ColorPoses.open", "ColorPoses.close",
@@ -57,7 +57,7 @@ internal object NeverReturns {
     /** The threads of calls that the product has given up. */
     val givenUp: MutableSet<Thread> = ConcurrentHashMap.newKeySet()
 
-    /** Those of [CALLS] that did not return so far. */
+    /** The [CALLS] that have blocked a thread so far. */
     val seen: MutableSet<String> = ConcurrentHashMap.newKeySet()
 
     /** Lets [call] not return; returns what ends that. */

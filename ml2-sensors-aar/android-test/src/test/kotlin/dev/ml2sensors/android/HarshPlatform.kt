@@ -219,7 +219,7 @@ internal class HarshPlatform(private val app: Application) {
 
     /** Registers receivers, which may not return. */
     private inner class BatteryContext : ContextWrapper(app) {
-        /** Those that the product does not read any more. */
+        /** The receivers that the product no longer reads. */
         val left: MutableSet<BroadcastReceiver> = ConcurrentHashMap.newKeySet()
         val deliveredAtOnce = AtomicLong()
 
