@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import pytest
@@ -19,7 +20,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ml2_receiver.errors import RosError
-from ml2_receiver.ros.context import spin_until, start_ros, tool_node
+from ml2_receiver.ros.context import spin_until, start_node, tool_node
 from ml2_tools.live.receiver_client import ReceiverClient
 from waiting import LIMIT_S
 
@@ -61,11 +62,11 @@ class LateReceiver:
 
 @pytest.fixture
 def late(ros_of_children: None, deaf_for: int) -> Iterator[LateReceiver]:
-    context = start_ros()
-    node = rclpy.create_node("ml2_receiver", context=context, start_parameter_services=False)
+    create = partial(rclpy.create_node, "ml2_receiver", start_parameter_services=False)
+    node = start_node(lambda context: create(context=context))
     late = LateReceiver(node, deaf_for)
     stopping = threading.Event()
-    spinner = threading.Thread(target=spin_until, args=[stopping, node, context])
+    spinner = threading.Thread(target=spin_until, args=[stopping, node])
     spinner.start()
     yield late
     stopping.set()

@@ -42,3 +42,30 @@ def test_a_terminal_shows_at_once_who_is_looked_for_and_for_how_long(words: str)
     with OnTerminal(*words.split(), "--name", "desk") as child:
         child.await_shown(rb"looking for the receiver desk in ROS domain \d+, for up to 10 s")
         assert child.process.poll() is None, "it looks after it has said so"
+
+
+@pytest.mark.processes
+@pytest.mark.usefixtures("ros_of_children")
+@pytest.mark.parametrize(
+    "words",
+    [
+        "run --insecure --listen 127.0.0.1:0",
+        "products",
+        "compat",
+        "topics",
+        "export --kalibr out",
+        "evaluate --live --camera world_left --out out",
+    ],
+)
+def test_a_middleware_that_does_not_start_is_an_error(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As one without the security that the environment wants, or with a wrong keystore."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "enclaves").mkdir()
+    monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
+    monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
+    monkeypatch.setenv("ROS_SECURITY_KEYSTORE", str(tmp_path))
+    said = refusal(*words.split())
+    assert "ROS 2 does not start: " in said
+    assert "ROS_SECURITY_*" in said.splitlines()[-1]

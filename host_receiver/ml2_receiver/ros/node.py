@@ -9,8 +9,7 @@ import rclpy.utilities
 from rclpy.executors import SingleThreadedExecutor
 
 from ..configuration.config import Config
-from ..errors import ConfigError
-from .context import start_ros
+from .context import start_node
 from .parameters import ParameterNode
 from .spinning import spin_until, wake
 
@@ -36,12 +35,10 @@ class RosNode:
     """
 
     def __init__(self, config: Config, arguments: Sequence[str]) -> None:
-        self._context = start_ros(arguments)
-        try:
-            self.parameters = ParameterNode("ml2_receiver", self._context, config)
-        except ConfigError:
-            rclpy.shutdown(context=self._context)
-            raise
+        self.parameters = start_node(
+            lambda context: ParameterNode("ml2_receiver", context, config), arguments
+        )
+        self._context = self.parameters.context
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.parameters)
         self._is_ending = threading.Event()

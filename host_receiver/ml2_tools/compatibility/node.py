@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import rclpy
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -16,7 +15,7 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import String
 
 from ml2_receiver.errors import ProtocolError
-from ml2_receiver.ros.context import spin_until, start_ros
+from ml2_receiver.ros.context import spin_until, start_node_named
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.topics.message_types import message_class
@@ -54,8 +53,7 @@ class CompatibilityNode:
     def __init__(self, prefix: str, out: str, arguments: Sequence[str]) -> None:
         self.losses = Losses()
         self._prefix = prefix
-        self._context = start_ros(arguments)
-        self._node = rclpy.create_node("ml2_compat", context=self._context)
+        self._node = start_node_named("ml2_compat", arguments)
         self._conversions = _conversions()
         self._subscriptions: dict[str, Subscription] = {}
         self._publishers = {
@@ -75,7 +73,7 @@ class CompatibilityNode:
 
     def spin(self, stopping: threading.Event) -> None:
         """Runs the node until `stopping` is set, then ends it."""
-        spin_until(stopping, self._node, self._context)
+        spin_until(stopping, self._node)
 
     def _subscribe(self) -> None:
         wanted = {it for it in self._publishers if self._publishers[it].get_subscription_count()}

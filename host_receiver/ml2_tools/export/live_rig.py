@@ -11,14 +11,13 @@ from typing import Any
 
 import numpy as np
 import rclpy
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from ml2_receiver.ros.context import count_publishers, start_ros
+from ml2_receiver.ros.context import count_publishers, start_node_named
 
 from ..errors import ExportError
 from ..geometry.pose import Pose
@@ -43,9 +42,8 @@ def read_live_rig(prefix: str, cameras: Sequence[str], imu: str | None, timeout_
         ExportError: messages do not arrive in time; the error names them.
         RosError: ROS does not start.
     """
-    context = start_ros()
-    executor = SingleThreadedExecutor(context=context)
-    observer = _Observer(prefix, context)
+    observer = _Observer(prefix)
+    executor = SingleThreadedExecutor(context=observer.node.context)
     executor.add_node(observer.node)
     deadline_s = time.monotonic() + timeout_s
 
@@ -75,7 +73,7 @@ def read_live_rig(prefix: str, cameras: Sequence[str], imu: str | None, timeout_
     finally:
         executor.shutdown()
         observer.node.destroy_node()
-        rclpy.shutdown(context=context)
+        rclpy.shutdown(context=observer.node.context)
 
 
 class _Observer:
@@ -88,8 +86,8 @@ class _Observer:
         poses: the poses by camera at the latest stamp at which all are known; empty before that.
     """
 
-    def __init__(self, prefix: str, context: Context) -> None:
-        self.node = rclpy.create_node("ml2_export", context=context)
+    def __init__(self, prefix: str) -> None:
+        self.node = start_node_named("ml2_export")
         self.running: tuple[str, ...] = ()
         self.infos: dict[str, CameraInfo] = {}
         self.imu_s: set[float] = set()

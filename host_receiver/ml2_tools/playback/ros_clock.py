@@ -10,7 +10,7 @@ import rclpy
 from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
 
-from ml2_receiver.ros.context import start_ros
+from ml2_receiver.ros.context import start_node_named
 
 from ..errors import PlaybackError
 from .timeline import Timeline
@@ -39,8 +39,7 @@ class RosClock:
                 hint="Leave out --clock.",
             )
         self._timeline = timeline
-        self._context = start_ros()
-        self._node = rclpy.create_node("ml2_play", context=self._context)
+        self._node = start_node_named("ml2_play")
         self._publisher = self._node.create_publisher(Clock, "/clock", 1)
         self._leaving = threading.Event()
         self._thread = threading.Thread(target=self._publish, name="clock")
@@ -55,7 +54,7 @@ class RosClock:
         self._leaving.set()
         self._thread.join()
         self._node.destroy_node()
-        rclpy.shutdown(context=self._context)
+        rclpy.shutdown(context=self._node.context)
 
     def _publish(self) -> None:
         while not self._leaving.wait(_PERIOD_S):

@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.publisher import Publisher
@@ -20,7 +19,7 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from ml2_receiver.ros.context import count_publishers, spin_until, start_ros
+from ml2_receiver.ros.context import count_publishers, spin_until, start_node_named
 from ml2_receiver.ros.real_time import real_time, say_real_time, steady_timer
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
@@ -52,8 +51,7 @@ class ProductsNode:
 
     def __init__(self, prefix: str, frame_prefix: str, arguments: Sequence[str]) -> None:
         self._table, self._prefix = load_table(), prefix
-        self._context = start_ros(arguments)
-        self._node = rclpy.create_node("ml2_products", context=self._context)
+        self._node = start_node_named("ml2_products", arguments)
         self._shared = Shared()
         self._products = all_products(self._shared)
         cameras = {camera for product in self._products for camera in product.inputs}
@@ -85,7 +83,7 @@ class ProductsNode:
 
     def spin(self, stopping: threading.Event) -> None:
         """Runs the node until `stopping` is set, then ends it."""
-        spin_until(stopping, self._node, self._context)
+        spin_until(stopping, self._node)
 
     def _publisher(self, topic: str, type: str) -> Publisher:
         return self._node.create_publisher(
