@@ -14,13 +14,16 @@ import pytest
 import yaml
 import zstandard
 from mcap.writer import CompressionType, IndexType
+from mcap_ros2.writer import Writer
 from rosbags.rosbag2 import CompressionMode
 
 from bag_forms import STRING, Mcap, Row, Rows, sound_rows, split, text, with_rosbags, write
 from ml2_receiver.cli import main
 from ml2_receiver.errors import RecordingError
+from ml2_receiver.recording.message_definitions import DEFINITIONS
 from ml2_tools.bags import bag_reader, mcap_file
 from ml2_tools.bags.bag_reader import Bag, BagReader
+from ml2_tools.bags.decoding import decoder
 from ml2_tools.bags.indexed_bag import IndexedBag
 from refusals import refusal
 from ros_messages import TYPES
@@ -73,7 +76,7 @@ def test_files_in_folders_of_their_own_are_told_apart(tmp_path: Path) -> None:
         (["a.db3"], "", "not supported: a.db3 is in rosbag2's SQLite format"),
         (["b.mcap.zstd"], "FILE", "not supported: b.mcap.zstd is compressed as a whole"),
         (["a.mcap"], "MESSAGE", "not supported: {folder} has messages compressed one by one"),
-        (7, "", "names no files"),
+        (7, "", "names no files: expected rosbag2_bagfile_information with a list"),
     ],
 )
 def test_metadata_of_what_is_not_read_say_why(
@@ -290,6 +293,86 @@ def test_what_is_too_large_is_not_supported(
     monkeypatch.setattr(mcap_file, "MAX_RECORD_BYTES", 4000)
     with pytest.raises(RecordingError, match=rf"not supported: .* {of} of 5\d* B, at most 4000"):
         list(Bag(tmp_path).messages())
+
+
+@pytest.mark.parametrize(
+    "write_differently",
+    [
+        lambda folder: write(folder / "WALK_0.MCAP", ROWS),
+        lambda folder: write(folder / "a.mcap", [_short(it) for it in ROWS]),
+        lambda folder: write(folder / "a.mcap", [_short(it) for it in ROWS], use_chunking=False),
+        lambda folder: write(folder / "a.mcap", [_headed(it, b"\0\1\0\3") for it in ROWS]),
+        lambda folder: _with_mcap_ros2(folder / "a.mcap", ROWS),
+    ],
+)
+def test_what_other_programs_write_differently_is_the_same(
+    tmp_path: Path, write_differently: Callable[[Path], None]
+) -> None:
+    write_differently(tmp_path)
+    bag = Bag(tmp_path)
+    found = [Row(it.topic, bag.types[it.topic], it.time_ns, it.payload) for it in bag.messages()]
+    assert found == ROWS
+    assert not bag.left_out
+
+
+def _headed(row: Row, header: bytes) -> Row:
+    return replace(row, payload=header + row.payload[len(header) :])
+
+
+def _short(row: Row) -> Row:
+    """With the name of its type as the examples of mcap_ros2 write it."""
+    return replace(row, type=row.type.replace("/msg/", "/"))
+
+
+def _with_mcap_ros2(file: Path, rows: Rows) -> None:
+    with file.open("wb") as stream, Writer(stream) as writer:
+        schemas = {
+            type: writer.register_msgdef(type.replace("/msg/", "/"), DEFINITIONS[type])
+            for type in sorted({it.type for it in rows})
+        }
+        for it in rows:
+            message = decoder(it.type)(it.payload)
+            writer.write_message(it.topic, schemas[it.type], message, it.time_ns)
+
+
+@pytest.mark.parametrize("ending", ["mcap", "db3"])
+def test_a_hidden_file_is_no_part_of_a_recording(tmp_path: Path, ending: str) -> None:
+    """macOS puts it beside each file on a foreign disk."""
+    write(tmp_path / "walk_0.mcap", ROWS)
+    (tmp_path / f"._walk_0.{ending}").write_bytes(b"\0\5\x16\7" + bytes(100))
+    said = ["._walk_0.mcap, which is hidden"] if ending == "mcap" else []
+    assert read(tmp_path) == (len(ROWS), said)
+
+
+def test_recordings_in_a_folder_are_named(tmp_path: Path) -> None:
+    write(tmp_path / "walk/a.mcap", ROWS)
+    said = f"found none\nhint: Name one of the recordings in {tmp_path}: walk.\n"
+    assert said in refusal("inspect", tmp_path)
+
+
+def test_attachments_alone_are_no_recording(tmp_path: Path) -> None:
+    mcap = Mcap(tmp_path / "a.mcap")
+    mcap.attach(1000)
+    mcap.close()
+    for command in ("inspect", "play"):
+        said = f"{tmp_path} has no topics\nhint: Nothing was recorded."
+        assert said in refusal(command, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        (b"\0\3\0\0", "CDR with parameter lists"),
+        (b"\0\7\0\0", "XCDR2"),
+        (b"\0\x0b\0\0", "XCDR2"),
+        (b"\0\x60\0\0", "representation 96"),
+    ],
+)
+def test_other_representations_are_not_supported(tmp_path: Path, header: bytes, said: str) -> None:
+    write(tmp_path / "a.mcap", [_headed(it, header) for it in ROWS])
+    for command in ("inspect", "play"):
+        words = f"not supported: {tmp_path / 'a.mcap'} has {ROWS[0].topic} in {said}; little-endian"
+        assert words in refusal(command, tmp_path)
 
 
 def test_big_endian_messages_are_not_supported(tmp_path: Path) -> None:

@@ -151,7 +151,8 @@ def test_it_stops_when_told_to(tmp_path: Path, scene: Scene) -> None:
     [
         (bytes([0, 1, 0, 0]) + bytes(64 * 1024), "expected at most 65536"),
         (bytes([0, 0, 0, 0, 1]), "has /p/battery in big-endian CDR"),
-        (bytes([0, 9, 0, 0, 1]), "is not little-endian CDR"),
+        (bytes([0, 9, 0, 0, 1]), "has /p/battery in XCDR2"),
+        (bytes([9, 1, 0, 0, 1]), "is not little-endian CDR"),
     ],
 )
 def test_a_message_that_no_receiver_takes_ends_the_playback(
@@ -172,7 +173,7 @@ def test_what_is_no_recording_is_refused_with_the_reason(tmp_path: Path) -> None
     (tmp_path / "empty").mkdir()
     cases = {
         tmp_path / "empty": "expected .mcap files in",
-        foreign: "is not a recording of ml2-receiver: it has no topic .../config",
+        foreign: "foreign.mcap has no topics",
         text: "is broken: not a valid MCAP file",
         tmp_path / "missing": "No such file or directory",
     }

@@ -14,6 +14,7 @@ from .foreign_formats import unsupported_by_name
 
 _SUFFIX = ".mcap"
 _MOST_METADATA_BYTES = 16 << 20
+_EXPECTED = "expected rosbag2_bagfile_information with a list of relative_file_paths"
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -37,8 +38,11 @@ def bag_files(path: Path) -> tuple[list[Path], list[str]]:
 
 
 def _files_of(path: Path) -> tuple[list[Path], list[str]]:
-    there = sorted(path.glob(f"*{_SUFFIX}"))
     found = sorted({_unpacked(it) for it in path.iterdir()})
+    # Such as the ._walk_0.mcap that macOS puts beside a file on a foreign disk.
+    hidden = [it for it in found if it.name.startswith(".") and _is_mcap(it)]
+    found = [it for it in found if not it.name.startswith(".")]
+    there = [it for it in found if _is_mcap(it)]
     others = [error for it in found if (error := unsupported_by_name(it))]
     files = _named(path)
     if files is not None:
@@ -49,12 +53,25 @@ def _files_of(path: Path) -> tuple[list[Path], list[str]]:
     elif others:
         raise others[0]
     else:
-        raise RecordingError(f"expected {_SUFFIX} files in {path}, found none")
+        raise RecordingError(
+            f"expected {_SUFFIX} files in {path}, found none", hint=_inside(path, found)
+        )
+    left_out += [f"{it.name}, which is hidden" for it in hidden if it not in files]
     empty = [it for it in files if not it.stat().st_size]
     if len(empty) < len(files):
         files = [it for it in files if it not in empty]
         left_out += [f"{it.name}, which is empty" for it in empty]
     return files, left_out
+
+
+def _is_mcap(file: Path) -> bool:
+    return file.suffix.lower() == _SUFFIX and not file.is_dir()
+
+
+def _inside(folder: Path, found: list[Path]) -> str:
+    """What to name instead of a folder of recordings."""
+    names = [it.name for it in found if it.is_dir() and any(map(_is_mcap, it.iterdir()))]
+    return f"Name one of the recordings in {folder}: {', '.join(names)}." if names else ""
 
 
 def _named(folder: Path) -> list[Path] | None:
@@ -70,8 +87,10 @@ def _named(folder: Path) -> list[Path] | None:
     except OSError as error:
         raise RecordingError(f"cannot read {metadata}: {error.strerror}") from error
     except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        is_yaml = isinstance(error, KeyError | TypeError)
+        reason = _EXPECTED if is_yaml else " ".join(str(error).split())
         raise RecordingError(
-            f"{metadata} names no files: {' '.join(str(error).split())}",
+            f"{metadata} names no files: {reason}",
             hint="Remove it: then all .mcap files of the folder are read.",
         ) from error
     if mode == "MESSAGE":

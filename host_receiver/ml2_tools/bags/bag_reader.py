@@ -14,13 +14,11 @@ from ml2_receiver.errors import RecordingError
 from .bag_files import bag_files, messages_compressed
 from .bag_topics import BagTopics
 from .copies import Copies
-from .foreign_formats import ZSTD_MAGIC
+from .foreign_formats import ZSTD_MAGIC, plain_cdr
 from .headsets import Headset, choose, config_topics
 from .mcap_file import Part, read_contents, read_messages
 
 _NEVER = (1 << 64, 0)  # times have 64 bits
-# The begin of a payload of CDR.
-_BIG_ENDIAN = b"\0\0"
 # A pause between files that nobody says belong together.
 _APART_NS = 60_000_000_000
 # Of messages in memory, since parts overlap.
@@ -203,12 +201,8 @@ class Bag:
                 if record.data.startswith(ZSTD_MAGIC):
                     raise messages_compressed(file)
                 name = names[record.channel_id]
-                if record.data.startswith(_BIG_ENDIAN):
-                    raise RecordingError(
-                        f"not supported: {file} has {name} in big-endian CDR; little-endian is",
-                        hint="Convert it on the machine that recorded it.",
-                    )
-                found.append(BagMessage(name, record.log_time, record.data))
+                payload = plain_cdr(file, name, record.data)
+                found.append(BagMessage(name, record.log_time, payload))
         return found
 
 

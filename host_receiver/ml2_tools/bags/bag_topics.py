@@ -38,6 +38,10 @@ class BagTopics:
                         self._counts[_kind(it, id)] += count
                     else:
                         self._without_channel += count
+        if not self._counts:
+            lost = self._without_channel
+            only = f", only {lost} messages whose topic no record tells" if lost else ""
+            raise RecordingError(f"{path} has no topics{only}", hint="Nothing was recorded.")
         # Of a topic with several types, that with the most messages is read.
         readable = [it for it, _ in self._counts.most_common() if it[2] == _CDR]
         self.types = {topic: type for topic, type, _ in reversed(readable)}

@@ -7,6 +7,7 @@ from pathlib import Path
 from mcap.writer import MCAP0_MAGIC
 
 from ml2_receiver.errors import RecordingError
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _TO_MCAP = "Convert it to MCAP with `{}`."
@@ -23,6 +24,15 @@ _ENDINGS = {
     ".db3.zstd": _SQLITE,
     ".mcap.zstd": (_PACKED, "Unpack it: zstd --decompress {file}"),
     ".bag": _ROS_1,
+}
+_HEADER_BYTES = len(CDR_ENCAPSULATION)
+_LITTLE_ENDIAN = CDR_ENCAPSULATION[1]
+# The second byte of a payload, by RTPS and XTypes.
+_REPRESENTATIONS = {
+    0: "big-endian CDR",
+    **dict.fromkeys((2, 3), "CDR with parameter lists"),
+    4: "XML",
+    **dict.fromkeys(range(6, 12), "XCDR2"),
 }
 
 
@@ -49,9 +59,26 @@ def check_format(file: Path, beginning: bytes) -> None:
 def unsupported_by_name(file: Path) -> RecordingError | None:
     """Returns what to say of a file with the ending of a format that is not read, else None."""
     for ending, said in _ENDINGS.items():
-        if file.name.endswith(ending):
+        if file.name.lower().endswith(ending):
             return _unsupported(file, *said)
     return None
+
+
+def plain_cdr(file: Path, topic: str, payload: bytes) -> bytes:
+    """Returns a payload with the header that ROS 2 gives it; others have options in it.
+
+    Raises:
+        RecordingError: it is of another representation, by the header of RTPS.
+    """
+    if payload.startswith(CDR_ENCAPSULATION) or len(payload) < _HEADER_BYTES or payload[0]:
+        return payload
+    if payload[1] == _LITTLE_ENDIAN:
+        return CDR_ENCAPSULATION + payload[_HEADER_BYTES:]
+    kind = _REPRESENTATIONS.get(payload[1], f"representation {payload[1]}")
+    raise RecordingError(
+        f"not supported: {file} has {topic} in {kind}; little-endian CDR is",
+        hint="Convert it on the machine that recorded it.",
+    )
 
 
 def _unsupported(file: Path, what: str, hint: str) -> RecordingError:

@@ -156,8 +156,14 @@ def _part(index: ChunkIndex) -> Part:
 
 
 def _types(summary: Summary) -> dict[int, str]:
-    names = {id: it.name for id, it in summary.schemas.items()}
+    names = {id: _type(it) for id, it in summary.schemas.items()}
     return {id: names.get(it.schema_id, "") for id, it in summary.channels.items()}
+
+
+def _type(schema: Schema) -> str:
+    """The name of a type; mcap's own writer for ROS 2 leaves out the part in the middle."""
+    package, *middle, name = schema.name.split("/")
+    return schema.name if middle or not package else f"{package}/msg/{name}"
 
 
 def _by_reading(path: Path) -> Contents:
@@ -175,7 +181,7 @@ def _by_reading(path: Path) -> Contents:
         )
         for record in piece.records:
             if isinstance(record, Schema):
-                names[record.id] = record.name
+                names[record.id] = _type(record)
             elif isinstance(record, Channel):
                 found.channels[record.id] = record
                 found.types[record.id] = names.get(record.schema_id, "")
