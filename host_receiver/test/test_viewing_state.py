@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from ml2_tools.viewing.losses import RecentLosses
 from ml2_tools.viewing.plots import Series
 from ml2_tools.viewing.state import state_of, topic_prefix
 
@@ -89,7 +90,7 @@ def test_the_state_has_what_diagnostics_say() -> None:
         "expected_hz": 15,
         "latency_p50_ms": 12.5,
         "latency_p99_ms": None,
-        "lost": 3,
+        "lost": 0,
         "state": "",
         "mode": "1016x1016@30 jpeg",
         "lowered": "15 Hz",
@@ -101,8 +102,39 @@ def test_the_state_has_what_diagnostics_say() -> None:
     assert facts["security"] == ("insecure: no encryption", 1)
     assert facts["battery"] == ("50 %", 0)
     assert state["applied"] == {"world_left": "running, 1016x1016@30 jpeg"}
-    assert [it["row"] for it in state["warnings"]] == ["adaptation", "lost messages"]
-    assert state["warnings"][-1]["text"] == "/magic_leap2/battery 4"
+    assert [it["row"] for it in state["warnings"]] == ["adaptation"]
+    assert state["losses"] == [
+        {"topic": "/magic_leap2/battery", "recent": 0, "all": 4},
+        {"topic": WORLD, "recent": 0, "all": 3},
+    ]
+
+
+def test_losses_of_the_last_10_s_are_told_from_those_before() -> None:
+    def rows(gaps: int) -> dict[str, dict[str, str]]:
+        return {WORLD: {**ROWS[WORLD], "gaps": str(gaps), "unpublished": "0"}}
+
+    losses = RecentLosses()
+    found = [
+        losses.count(rows(gaps), at_s)[WORLD]
+        for at_s, gaps in ((0, 5), (1, 7), (9, 7), (10, 8), (11, 8), (21, 8), (22, 1), (23, 3))
+    ]
+    # The count of a new session begins at 0 again.
+    assert found == [0, 2, 2, 3, 1, 0, 0, 2]
+    (world,) = state_of(rows(9), {}, {}, "", {WORLD: 1})["losses"]
+    assert world == {"topic": WORLD, "recent": 1, "all": 9}
+
+
+def test_a_late_message_does_not_raise_the_rate_above_what_is_asked() -> None:
+    row = {**ROWS[WORLD], "rate_hz": "34.0", "expected_hz": "30"}
+    (stream,) = state_of(ROWS | {WORLD: row}, {}, {}, "")["streams"]
+    assert (stream["rate_hz"], stream["expected_hz"]) == (30, 30)
+
+
+def test_many_lowered_streams_are_counted_and_not_listed() -> None:
+    row = {f"{it}.rate_hz": "15" for it in ("world_left", "world_right", "world_center")}
+    row["message"] = "lowered for the link: world_left, world_right, world_center: 15 Hz"
+    (warning,) = state_of({"adaptation": row}, {"adaptation": 1}, {}, "")["warnings"]
+    assert warning["text"] == "lowered for the link: 3 streams, see below"
 
 
 def test_without_ros_time_on_the_headset_there_are_no_stages() -> None:

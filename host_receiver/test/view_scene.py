@@ -10,6 +10,7 @@ from ml2_receiver.transport.listener import listen
 from ml2_tools.monitoring.topic_table import Rows
 from ml2_tools.viewing.access import Token
 from ml2_tools.viewing.feed import Feed
+from ml2_tools.viewing.losses import RecentLosses
 from ml2_tools.viewing.requests import Answer, Newest, Offer, Steer
 from ml2_tools.viewing.server import ViewServer
 from ml2_tools.viewing.state import Levels, state_of
@@ -46,6 +47,8 @@ class Scripted:
 
     def __init__(self) -> None:
         self.feeds: list[Feed] = []
+        self.clock_s = 1.0
+        self._losses = RecentLosses()
 
     def start(self, view: View) -> None:
         self._view = view
@@ -54,7 +57,7 @@ class Scripted:
         pass
 
     def now_s(self) -> float:
-        return 1.0
+        return self.clock_s
 
     def add(self, feed: Feed) -> None:
         self.feeds.append(feed)
@@ -63,7 +66,8 @@ class Scripted:
         self.feeds.remove(feed)
 
     def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
-        return state_of(rows, levels, modes, battery)
+        recent = self._losses.count(rows, self.clock_s)
+        return state_of(rows, levels, modes, battery, recent)
 
     def described(self) -> dict[str, Any]:
         return {"controls": []}

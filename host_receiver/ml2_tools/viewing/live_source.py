@@ -18,6 +18,7 @@ from ..live.diagnostics import TYPE, read_diagnostics
 from ..live.raw_taker import RawSubscription, RawTaker
 from ..monitoring.topic_table import Rows
 from .feed import Feed, Kind
+from .losses import RecentLosses
 from .plots import CLOCK, THROUGHPUT, clock_uncertainty_ms, received_mbit_per_s
 from .state import Levels, state_of
 from .view import View
@@ -45,7 +46,7 @@ class LiveSource:
     """
 
     def __init__(self, receiver: str) -> None:
-        self._receiver = receiver
+        self._receiver, self._losses = receiver, RecentLosses()
         self._closing = ExitStack()
         self._node = self._closing.enter_context(tool_node("ml2_view"))
         self._subscriptions: dict[Feed, RawSubscription] = {}
@@ -89,4 +90,5 @@ class LiveSource:
         self._taker.remove(self._subscriptions.pop(feed))
 
     def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
-        return state_of(rows, levels, modes, battery)
+        recent = self._losses.count(rows, self.now_s())
+        return state_of(rows, levels, modes, battery, recent)

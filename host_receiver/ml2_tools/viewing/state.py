@@ -11,18 +11,19 @@ from ml2_receiver.printable import printable
 from ml2_receiver.session.statistics import SHARES
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
-from ml2_receiver.topics.adaptation import ADAPTATION, lowered_streams
+from ml2_receiver.topics.adaptation import ADAPTATION, LOWERED, lowered_streams
 from ml2_receiver.topics.judgement import read_judgements
 
 from ..images.image_topic import image_topics
 from ..monitoring.topic_table import Rows, number_of, topic_figures
+from .losses import losses_of
 
 type Levels = Mapping[str, int]
 
 _EYES = "com.magicleap.permission.EYE_CAMERA"
 _OK, _WARN = 0, 1
 _SILENT = ("silent", "refused", "failed")
-_MOST_NAMED = 5
+_MOST_NAMED, _FEW = 5, 2
 _MOST_MODE = 100
 # The rows whose words are facts, with the words for a row that is not there.
 _FACTS = {"security": "not reported", "clock": "not synchronised yet", "link": "not tested"}
@@ -92,17 +93,24 @@ def topic_prefix(rows: Rows) -> str | None:
     return None
 
 
-def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> dict[str, Any]:
+def state_of(
+    rows: Rows,
+    levels: Levels,
+    modes: Mapping[str, str],
+    battery: str,
+    recent: Mapping[str, int] | None = None,
+) -> dict[str, Any]:
     """Returns the state as an object for JSON. What the rows do not say is None.
 
     Args:
         levels: the level of each row.
         modes: the mode of each camera in words.
         battery: the charge of the battery in words.
+        recent: how many messages each topic has lost in the last 10 s.
     """
+    recent = recent or {}
     images = {stream: name for stream, (name, _) in published_images(rows).items()}
     figures = {it["topic"]: it for it in topic_figures(rows)}
-    others = {name: it for name, it in figures.items() if name not in images.values()}
     lowered = lowered_streams(rows.get(ADAPTATION, {}))
     return {
         "type": "state",
@@ -110,6 +118,7 @@ def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str)
         "streams": [
             _stream(it, figures[images[it]], levels.get(images[it], _OK))
             | {"mode": modes.get(it, ""), "lowered": lowered.get(it, "")}
+            | {"rate_hz": _shown_hz(figures[images[it]]), "lost": recent.get(images[it], 0)}
             | {"stages_ms": _stages_ms(rows[images[it]])}
             for it in image_streams(with_eyes=True)
             if it in images
@@ -119,9 +128,9 @@ def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str)
             *_missing_permissions(rows),
             *_silences(rows, images),
             *_warnings(rows, levels),
-            *_losses(others),
             *_unknown_types(rows),
         ],
+        "losses": losses_of(figures, recent),
     }
 
 
@@ -150,6 +159,7 @@ def recorded_state(
         ],
         "applied": {},
         "warnings": [],
+        "losses": [],
     }
 
 
@@ -193,6 +203,14 @@ def _stream(stream: str, figures: Mapping[str, Any], level: int) -> dict[str, An
     return {"id": stream, "is_eye": is_eye(stream), "level": level, "state": words} | {
         key: figures[key] for key in same
     }
+
+
+def _shown_hz(figures: Mapping[str, Any]) -> float | None:
+    """Returns the rate of the last second without the late messages of the second before."""
+    rate_hz, expected_hz = figures["rate_hz"], figures["expected_hz"]
+    if rate_hz is None or expected_hz is None:
+        return None if rate_hz is None else float(rate_hz)
+    return float(min(rate_hz, expected_hz))
 
 
 def _stages_ms(row: Mapping[str, str]) -> list[float] | None:
@@ -242,11 +260,17 @@ def _applied(rows: Rows, modes: Mapping[str, str]) -> dict[str, str]:
 def _warnings(rows: Rows, levels: Levels) -> list[dict[str, Any]]:
     """Returns the rows that warn, the worst first; topics and facts have places of their own."""
     found = [
-        {"row": name, "text": values.get("message", ""), "level": levels[name]}
+        {"row": name, "text": _words(name, values), "level": levels[name]}
         for name, values in rows.items()
         if levels.get(name, _OK) > _OK and "type" not in values and name not in _FACTS
     ]
     return sorted(found, key=lambda it: -it["level"])
+
+
+def _words(name: str, values: Mapping[str, str]) -> str:
+    """Returns the words of a row, without names that the page has below the images."""
+    count = len(lowered_streams(values)) if name == ADAPTATION else 0
+    return values.get("message", "") if count <= _FEW else f"{LOWERED}: {count} streams, see below"
 
 
 def _unknown_types(rows: Rows) -> list[dict[str, Any]]:
@@ -257,13 +281,3 @@ def _unknown_types(rows: Rows) -> list[dict[str, Any]]:
         for name, found in rows.items()
         if name not in known and (topic := _topic(name, found)) is not None
     ][:_MOST_NAMED]
-
-
-def _losses(topics: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Returns one warning of the topics that have lost messages, the first five by name."""
-    lost = sorted(((it["lost"], name) for name, it in topics.items() if it["lost"]), reverse=True)
-    if not lost:
-        return []
-    words = [f"{name} {count}" for count, name in lost[:_MOST_NAMED]]
-    rest = [f"{len(lost) - _MOST_NAMED} more"] if len(lost) > _MOST_NAMED else []
-    return [{"row": "lost messages", "text": ", ".join(words + rest), "level": _WARN}]

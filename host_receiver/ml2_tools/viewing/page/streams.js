@@ -129,19 +129,26 @@ class Tile {
   show(stream) {
     const expected = stream.expected_hz === null ? "" : ` of ${number(stream.expected_hz)}`;
     const lost = stream.lost ? element("span", "level-1", `, ${stream.lost} lost`) : ", nothing lost";
+    this.#rate.title = stream.lost === null ? "" : "rate of the last second, losses of the last 10 s";
     this.#rate.replaceChildren(`${number(stream.rate_hz, 1)}${expected} Hz`, stream.lost === null ? "" : lost);
     // A recording says nothing of losses and latency.
     this.#latency.hidden = stream.lost === null;
-    const [p50, p99] = [number(stream.latency_p50_ms, 1), number(stream.latency_p99_ms, 1)];
-    setText(this.#latency, `latency ${p50} ms, p99 ${p99} ms`);
-    this.#stages.hidden = !stream.stages_ms;
-    const [toSent, toReceived, toPublished] = (stream.stages_ms ?? []).map((it) => it.toFixed(it < 10 ? 1 : 0));
-    setText(this.#stages, `headset ${toSent}, link ${toReceived}, host ${toPublished}`);
-    this.#stages.title = "means of the last second, in ms: capture to sent, sent to received, received to published";
+    this.#showLatency(stream);
     const lowered = element("span", "level-1", `, lowered to ${stream.lowered}`);
     this.#mode.replaceChildren(stream.mode || "mode unknown", stream.lowered ? lowered : "");
     this.#state.className = `level-${stream.level}`;
     setText(this.#state, stream.state);
+  }
+
+  #showLatency({ stages_ms, latency_p50_ms, latency_p99_ms }) {
+    // Tenths are added, so that the shown stages add up to the shown whole.
+    const tenths = stages_ms?.map((it) => Math.round(it * 10));
+    const whole = tenths ? tenths.reduce((sum, it) => sum + it) / 10 : latency_p50_ms;
+    setText(this.#latency, `latency ${number(whole, 1)} ms, p99 ${number(latency_p99_ms, 1)} ms`);
+    this.#stages.hidden = !tenths;
+    const [toSent, toReceived, toPublished] = (tenths ?? []).map((it) => (it / 10 || 0).toFixed(1));
+    setText(this.#stages, `= headset ${toSent} + link ${toReceived} + host ${toPublished}`);
+    this.#stages.title = "means of the last second, in ms: capture to sent, sent to received, received to published";
   }
 
   async draw(jpeg, farMetres) {
