@@ -37,16 +37,27 @@ void sayNotKept(const std::string &name) {
                  name.c_str(), std::strerror(errno));
 }
 
+void sayUnlessWhole(const FrameFile &file, const char *name, size_t count) {
+    size_t rendered = 0;
+    for (size_t i = 0; i < count; i++)
+        rendered += file.find(i) != nullptr ? 1 : 0;
+    if (rendered < count)
+        std::fprintf(stderr, "ml2sim: %s: %zu of %zu frames are rendered\n", name, rendered, count);
+}
+
 std::unique_ptr<FrameFile> openShared(const RenderPlan &plan, const std::string &folder) {
     if (folder.empty())
         return nullptr;
     char name[96];
     std::snprintf(name, sizeof name, "%s-%016" PRIx64 ".frames", plan.name.c_str(), hashOf(plan.inputs));
     const int file = openCacheFile(folder, name, FrameFile::bytesFor(plan.frame_bytes, plan.count));
-    if (file >= 0)
-        return std::make_unique<FrameFile>(file, plan.frame_bytes, plan.count);
-    sayNotKept(plan.name);
-    return nullptr;
+    if (file < 0) {
+        sayNotKept(plan.name);
+        return nullptr;
+    }
+    auto frames = std::make_unique<FrameFile>(file, plan.frame_bytes, plan.count);
+    sayUnlessWhole(*frames, name, plan.count);
+    return frames;
 }
 
 } // namespace

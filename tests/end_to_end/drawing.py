@@ -1,4 +1,4 @@
-"""When the simulated headset has drawn all its images, so that it leaves no captures out to draw.
+"""When the simulated headset has rendered all its images, so that it leaves no captures out for it.
 
 With an empty cache it leaves captures out, whatever a test asks of rates
 (ml2-sensors-aar/simulator/README.md).
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,10 +20,13 @@ from ml2_receiver.table.stream_table import CAMERA_KEYS
 from waiting import LIMIT_S
 
 _CACHE = Path(__file__).resolve().parents[2] / "build/native/frame_cache"
+_INCOMPLETE = re.compile(r"^ml2sim: (\S+\.frames): \d+ of (\d+) frames", re.MULTILINE)
+_NOT_KEPT = "cannot keep the frames"
+_PAGE_BYTES = 4096
 # The longest of these decides which images there are.
 _LOOP = "loop_seconds="
 _LOOP_S = 4.0
-# The headset says once a second what it left out; on a busy machine an image may take as long.
+# The headset says every two seconds what it left out.
 _SAID_S = 3.0
 
 
@@ -56,24 +60,38 @@ def _lasting(options: Sequence[str]) -> list[str]:
 
 def drawing_options(options: Sequence[str]) -> list[str]:
     """Returns the options of a run that is to draw, which await_drawn() ends."""
-    return [*_lasting(options), "--duration", f"{LIMIT_S}"]
+    return [*_lasting(options), "--duration", "3600"]
 
 
-def await_drawn(log: Path, options: Sequence[str]) -> None:
-    """Waits until a running headset has shown all its images without leaving captures out.
+def await_drawn(log: Path, options: Sequence[str]) -> bool:
+    """Waits until a running headset has rendered all frames of the cameras that it opened.
+
+    Returns False if the disk has no room for them, so that each headset renders its own.
 
     Args:
         log: its standard output and error.
     """
     loops_s = [float(it.split("=")[1]) for it in options if it.startswith(_LOOP)]
     quiet_s = max(loops_s, default=_LOOP_S) + _SAID_S
-    end_s = time.monotonic() + LIMIT_S
     last: Any = None
     since_s = time.monotonic()
-    while time.monotonic() < end_s:
-        now = (left_out(log), ": accepted" in log.read_text(errors="replace"))
+    while True:
+        text = log.read_text(errors="replace")
+        if _NOT_KEPT in text:
+            return False
+        missing = sum(_missing(name, int(count)) for name, count in _INCOMPLETE.findall(text))
+        now = (missing, left_out(log), ": accepted" in text)
         if now != last:
             last, since_s = now, time.monotonic()
-        if now[1] and time.monotonic() - since_s > quiet_s:
-            return
-        time.sleep(0.1)  # the headset says nothing when it has drawn all
+        if now[2] and missing == 0 and time.monotonic() - since_s > quiet_s:
+            return True
+        assert time.monotonic() - since_s < LIMIT_S, f"no frame was rendered: {text}"
+        time.sleep(0.1)  # nothing tells when the last frame is rendered
+
+
+def _missing(name: str, count: int) -> int:
+    """Returns how many frames are not rendered; a file ends in one byte for each (frame_file.h)."""
+    pages = -(-count // _PAGE_BYTES)
+    with (_CACHE / name).open("rb") as file:
+        file.seek(-pages * _PAGE_BYTES, 2)
+        return file.read(count).count(0)

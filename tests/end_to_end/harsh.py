@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from load_run import Loaded, Usage, growth, load_run
 from processes import ROOT
 from proxy import Proxy
-from simulation import raw_config
+from simulation import STILL, raw_config
 
 RESULTS = ROOT / "build" / "reports" / "harsh.json"
 # The time without faults at the end, as in the simulated headset: 40 %, at most 75 s.
@@ -126,7 +126,7 @@ def harsh_run(
         config,
         folder,
         duration_s,
-        headset_options=("--simulate", f"harsh={seed}"),
+        headset_options=(*STILL, "--simulate", f"harsh={seed}"),
         java_options="" if is_long else _WHOLE_HEAP,
         link=link,
         on_snapshot=take_snapshot,

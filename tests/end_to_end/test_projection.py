@@ -22,10 +22,11 @@ from configurations import only
 from euroc import Matrix
 from lenses import project_device, project_ros
 from markers import corners
-from processes import Received, receive
+from processes import PREFIX, Received, receive
 from simulated_scene import Room, simulated_room
 from simulation import image_topic
 from transforms import transforms
+from waiting import LIMIT_S
 
 CAMERAS = ("world_left", "world_center", "world_right", "color")
 CONFIG = only(
@@ -38,8 +39,11 @@ CONFIG = only(
     """
 )
 IMAGES = 12
+# As many of each camera as two loops have with 30 Hz.
+RECEIVED = 120
 LEAST_CORNERS = 300
 LEAST_TAGS = 10
+LEAST_DEPTHS = 10
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,16 @@ def projected(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     (folder / "config.yaml").write_text(CONFIG.replace("enabled: true", f"enabled: true{backend}"))
     keys = {"tangential": tangential, "depth_noise_m": "0", "loop_seconds": "2"}
     options = [word for key, value in keys.items() for word in ("--simulate", f"{key}={value}")]
-    return receive(folder / "config.yaml", ["--duration", "2", *options], folder)
+    headset = ["--duration", f"{LIMIT_S}", *options]
+    return receive(folder / "config.yaml", headset, folder, is_enough=has_images)
+
+
+def has_images(snapshot: dict[str, Any]) -> bool:
+    topics = snapshot["topics"]
+    least = {image_topic(camera): RECEIVED for camera in CAMERAS} | {
+        "depth/image_raw": LEAST_DEPTHS
+    }
+    return all(topics[f"{PREFIX}/{it}"]["count"] >= count for it, count in least.items())
 
 
 @pytest.fixture(scope="module")
@@ -154,9 +167,9 @@ def test_depth_lies_on_the_walls(
     infos = {stamp_ns(it): it for it in projected.messages("depth/camera_info")}
     images = {stamp_ns(it): it for it in projected.messages("depth/image_raw")}
     known = [at for at in images if at in infos and ("depth_optical_frame", at) in tree]
-    assert len(known) >= 5
+    assert len(known) >= LEAST_DEPTHS / 2
     hit = np.zeros(len(room.normals), int)
-    for at in known:
+    for at in known[:LEAST_DEPTHS]:
         camera = tree["depth_optical_frame", at]
         points = in_optical_frame(images[at], infos[at]) @ camera[:3, :3].T + camera[:3, 3]
         into_room_m = points @ room.normals.T - room.offsets_m

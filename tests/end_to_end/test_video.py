@@ -27,6 +27,7 @@ from processes import (
     RECEIVER,
     ROOT,
     Received,
+    draw_images,
     headset_command,
     isolated_environment,
     listening_address,
@@ -148,14 +149,15 @@ def test_what_a_thin_link_leaves_of_a_video_can_be_decoded(tmp_path: Path) -> No
     if reason := why_not():
         pytest.skip(reason)
     (tmp_path / "config.yaml").write_text(THIN)
+    noisy = ("--simulate", "image_noise=4")
+    draw_images(tmp_path / "config.yaml", noisy, tmp_path)
     record: list[str | Path] = [RECEIVER, "record", tmp_path / "walk", "--no-ros", "--insecure"]
     record += ["--config", tmp_path / "config.yaml"]
     environment = isolated_environment()
     with link("cubic", 5) as made:
         record = [*made.receiver.prefix, *record, "--listen", f"{made.receiver.address}:0"]
         with process(record, environment, tmp_path / "receiver.log") as receiver:
-            options = ("--duration", "6", "--simulate", "image_noise=4")
-            headset = headset_command(listening_address(receiver), *options)
+            headset = headset_command(listening_address(receiver), "--duration", "12", *noisy)
             command = [*made.headset.prefix, *headset]
             subprocess.run(command, check=True, env=environment, timeout=LIMIT_S)
     with AnyReader([tmp_path / "walk"]) as bag:

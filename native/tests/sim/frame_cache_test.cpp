@@ -112,6 +112,19 @@ TEST_F(FrameCaches, TheFoldersFilesAreNamedByTheirInputs) {
         EXPECT_EQ(file.extension(), ".frames");
 }
 
+TEST_F(FrameCaches, AFileThatLacksFramesSaysHowManyItHas) {
+    testing::internal::CaptureStderr();
+    FrameCache first(drawing.plan(), folder);
+    for (size_t i = 1; i < kFrames; i++)
+        first.frame(i);
+    FrameCache second(drawing.plan(), folder);
+    second.frame(0);
+    FrameCache whole(drawing.plan(), folder);
+    const auto name = files().at(0).filename().string();
+    EXPECT_EQ(testing::internal::GetCapturedStderr(),
+              "ml2sim: " + name + ": 0 of 6 frames are rendered\nml2sim: " + name + ": 5 of 6 frames are rendered\n");
+}
+
 TEST_F(FrameCaches, OnlyDrawnFramesTakeSpaceOnTheDisk) {
     FrameCache(drawing.plan(), folder).frame(5);
     struct stat found {};
