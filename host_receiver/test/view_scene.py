@@ -9,6 +9,7 @@ from typing import Any
 from ml2_receiver.transport.listener import listen
 from ml2_tools.monitoring.topic_table import Rows
 from ml2_tools.viewing.access import Token
+from ml2_tools.viewing.controls import doing
 from ml2_tools.viewing.feed import Feed
 from ml2_tools.viewing.losses import RecentLosses
 from ml2_tools.viewing.requests import Answer, Newest, Offer, Steer
@@ -67,7 +68,7 @@ class Scripted:
 
     def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
         recent = self._losses.count(rows, self.clock_s)
-        return state_of(rows, levels, modes, battery, recent)
+        return state_of(rows, levels, modes, battery, recent) | {"doing": doing(rows)}
 
     def described(self) -> dict[str, Any]:
         return {"controls": []}

@@ -92,3 +92,39 @@ def test_the_stages_of_latency_add_up_and_the_rate_is_not_above_what_is_asked(
     expect(parts).to_have_text("= headset 10.3 + link 1.3 + host 0.3")
     expect(latency).to_have_text(re.compile("^latency 11.9 ms, p99 "))
     expect(rate).to_contain_text("30.0 of 30 Hz")
+
+
+def test_what_cannot_be_done_is_disabled_and_says_why(page: Page, served: Served) -> None:
+    bar = page.get_by_role("toolbar")
+    stop, link = (bar.get_by_role("button", name=it) for it in ("Stop streams", "Test the link"))
+    expect(stop).to_be_enabled()
+    served.source.report({"session": {"state": "waiting"}})
+    for button in (stop, link):
+        expect(button).to_be_disabled()
+        expect(button).to_have_attribute("title", "no headset is connected")
+    link.press("Enter")
+    expect(bar.get_by_role("status")).to_have_text("Test the link: no headset is connected")
+    expect(bar.get_by_role("button", name="Record")).to_be_enabled()
+    served.view.fail("nobody reports")
+    expect(bar.get_by_role("button", name="Record")).to_have_attribute("title", "nobody reports")
+    served.source.report(ROWS)
+    expect(link).to_be_enabled()
+
+
+def test_one_button_records_and_shows_for_how_long(page: Page, served: Served) -> None:
+    record = page.locator("#record")
+    expect(record).to_have_text("Record")
+    recording = {"state": "recording", "duration_s": "75.9"}
+    served.source.report({**ROWS, "recording": recording})
+    expect(record).to_have_text("Stop recording 1:15")
+    expect(record).to_have_attribute("aria-pressed", "true")
+    served.source.report({**ROWS, "recording": {**recording, "state": "ended"}})
+    expect(record).to_have_text("Record")
+
+
+def test_one_button_starts_and_stops_the_streams(page: Page, served: Served) -> None:
+    button = page.locator("#streaming")
+    expect(button).to_have_text("Stop streams")
+    paused = {"state.world_left": "paused", "state.depth": "paused"}
+    served.source.report({**ROWS, "session": {**ROWS["session"], **paused}})
+    expect(button).to_have_text("Start streams")

@@ -127,6 +127,7 @@ def test_streams_stop_and_start(page: Page) -> None:
     page.get_by_role("button", name="Stop streams").click()
     expect(page.get_by_role("toolbar")).to_contain_text("Stop streams: streams are stopped")
     expect(row(page, "world_left")).to_contain_text("paused")
+    expect(page.get_by_role("button", name="Stop streams")).to_have_count(0)
     page.get_by_role("button", name="Start streams").click()
     expect(row(page, "world_left")).to_contain_text("running")
     await_images(page, "world_left")
@@ -134,17 +135,20 @@ def test_streams_stop_and_start(page: Page) -> None:
 
 def test_a_recording_of_the_page_is_a_bag(page: Page, lab: Lab) -> None:
     toolbar = page.get_by_role("toolbar")
-    page.get_by_role("button", name="Record", exact=True).click()
+    record = page.locator("#record")
+    record.click()
     expect(toolbar).to_contain_text("Record: recording into ")
     expect(page.locator("#facts")).to_contain_text(re.compile(r"recordingrecording, [1-9]\d* s, "))
-    page.get_by_role("button", name="Stop recording").click()
+    expect(record).to_have_text(re.compile(r"^Stop recording \d:\d\d$"))
+    expect(record).to_have_css("background-color", "rgb(179, 20, 31)")
+    record.click()
     expect(toolbar).to_contain_text("Stop recording: recorded into ")
     (folder,) = lab.folder.glob("ml2_*")
     with AnyReader([folder]) as bag:
         counts = {it.topic: it.msgcount for it in bag.connections}
     assert counts["/magic_leap2/world_left/image_raw/compressed"] > 0
-    page.get_by_role("button", name="Stop recording").click()
-    expect(toolbar).to_contain_text("Stop recording: no recording is on")
+    expect(record).to_have_text("Record")
+    expect(record).to_have_attribute("aria-pressed", "false")
 
 
 def test_the_link_is_tested(page: Page) -> None:

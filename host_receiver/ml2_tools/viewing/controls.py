@@ -10,6 +10,7 @@ from ml2_receiver.table.key_values import LINK_WORDS, accepts
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Key, Section
 
+from ..monitoring.topic_table import Rows, number_of
 from .state import is_eye
 
 # Services of the receiver that a browser may call.
@@ -20,6 +21,7 @@ SERVICES = frozenset(
 _KEYS = ("enabled", "stream", "format", "quality", "link")
 # Stands for the keys of a camera's resolution and rate, which are set together.
 _MODE = "mode"
+_CONNECTED = "connected"
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,18 @@ class Control:
             "quality": (quality.minimum, quality.maximum) if quality else None,
             "link": LINK_WORDS if "link" in self.keys else None,
         }
+
+
+def doing(rows: Rows) -> dict[str, Any]:
+    """Returns what the receiver does at present, on which it depends what a browser may call."""
+    session, recording = rows.get("session", {}), rows.get("recording", {})
+    states = [it for key, it in session.items() if key.startswith("state.")]
+    is_on = recording.get("state") == "recording"
+    return {
+        "has_headset": session.get("state") == _CONNECTED,
+        "is_stopped": bool(states) and all(it.startswith("paused") for it in states),
+        "recording_s": (number_of(recording.get("duration_s")) or 0) if is_on else None,
+    }
 
 
 def controls(with_eyes: bool) -> dict[str, Control]:

@@ -17,6 +17,7 @@ from ..geometry.transform_tree import STATIC_DEPTH
 from ..live.diagnostics import TYPE, read_diagnostics
 from ..live.raw_taker import RawSubscription, RawTaker
 from ..monitoring.topic_table import Rows
+from .controls import doing
 from .feed import Feed, Kind
 from .losses import RecentLosses
 from .plots import CLOCK, THROUGHPUT, clock_uncertainty_ms, received_mbit_per_s
@@ -91,4 +92,4 @@ class LiveSource:
 
     def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
         recent = self._losses.count(rows, self.now_s())
-        return state_of(rows, levels, modes, battery, recent)
+        return state_of(rows, levels, modes, battery, recent) | {"doing": doing(rows)}

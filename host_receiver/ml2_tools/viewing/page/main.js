@@ -76,7 +76,8 @@ const connection = connect({
   state(state) {
     reportedAt = performance.now();
     say(state.problem ?? "");
-    if (state.problem) return;
+    if (state.problem) return actions.refuse(state.problem);
+    if (state.doing) actions.show(state.doing);
     facts.show(state);
     streams.show(state.streams);
     configuration.showApplied(state.applied);
@@ -105,5 +106,6 @@ setInterval(() => {
   const silence = performance.now() - reportedAt;
   if (reportedAt && silence > OVERDUE_MS && connection.isOpen()) {
     say(`The receiver has not reported for ${Math.round(silence / 1000)} s. Is \`ml2-receiver run\` running?`);
+    actions.refuse("the receiver does not report");
   }
 }, 1000);
