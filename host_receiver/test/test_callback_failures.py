@@ -7,6 +7,7 @@ import pytest
 
 from configurations import only
 from ml2_receiver.configuration.config_file import ConfigFile
+from ml2_receiver.printable import MOST_CHARACTERS
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.streams import Request
 from ml2_receiver.topics.fan_out import FanOut
@@ -44,7 +45,7 @@ class FailingControl:
         raise KeyError("begin")
 
     def pause(self) -> None:
-        pass
+        raise ValueError(f"\x1b]52;c;aGk=\x07{'x' * 60_000}")
 
     def request(self, request: Request, link: Link | None = None, *, is_lazy: bool = False) -> None:
         pass
@@ -71,7 +72,20 @@ def test_a_service_answers_that_it_failed_and_goes_on(node: RosNode) -> None:
         for _ in range(2):
             succeeded, words = client.ask("trigger", "start")
             assert (succeeded, "KeyError: 'begin'" in words) == (False, True)
-        assert client.ask("trigger", "stop")[0]
+        assert client.ask("trigger", "save_config")[0]
+
+
+def test_an_error_that_quotes_others_is_short_and_says_nothing_to_a_terminal(
+    node: RosNode, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with Client() as client:
+        succeeded, words = client.ask("trigger", "stop")
+    assert (succeeded, r"ValueError: \x1b]52;c;aGk=\x07xx" in words) == (False, True)
+    assert len(words) <= MOST_CHARACTERS
+    logged = capfd.readouterr().err
+    assert r"ValueError: \x1b]52;c;aGk=\x07xx" in logged
+    assert len(logged) < 60_000
+    assert "\x07" not in logged
 
 
 def test_diagnostics_go_on_and_have_what_failed(node: RosNode) -> None:

@@ -19,6 +19,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from configurations import only
+from ml2_receiver.errors import RosError
 from ml2_receiver.ros.context import tool_node
 from ml2_tools.live.diagnostics_node import DiagnosticsNode
 from ml2_tools.monitoring.latency_node import LatencyNode
@@ -76,4 +77,21 @@ def test_nodes_of_tools_go_on_whatever_other_nodes_publish() -> None:
         assert "/magic_leap2/battery" in latency.breakdowns()
     finally:
         latency.close()
+        watch.close()
+
+
+def test_of_very_many_receivers_only_the_newest_are_remembered() -> None:
+    watch = DiagnosticsNode()
+    try:
+        with tool_node("pretender") as node:
+            publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 100)
+            await_true(lambda: publisher.get_subscription_count() > 0)
+            names = [f"r{number}/ml2_receiver: session" for number in range(200)]
+            rows = [DiagnosticStatus(name=it, level=b"\0") for it in names]
+            publisher.publish(DiagnosticArray(status=rows))
+            watch.rows("r199", LIMIT_S)
+        assert "session" in watch.rows("r150", 0)
+        with pytest.raises(RosError, match="no such receiver"):
+            watch.rows("r100", 0)
+    finally:
         watch.close()

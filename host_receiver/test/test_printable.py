@@ -113,6 +113,23 @@ def test_what_is_left_out_of_a_recording_is_said_as_text(
         assert len(line) <= MOST_CHARACTERS + len("left out: ")
 
 
+# Characters that reverse text, hide, or begin a new line for some readers.
+HIDDEN = "\u202e\u2066\u200b\u200d\u00ad\ufeff\u2028\u0085\u009b\ue000\U000e0041\x7f"
+
+
+def test_text_that_reverses_or_hides_is_shown_as_escapes() -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    from std_msgs.msg import String
+
+    from ml2_tools.monitoring.topic_reader import as_text
+
+    assert all(printable(it).startswith("\\") for it in HIDDEN)
+    said = as_text(String(data=f"a{HIDDEN}{CLIPBOARD}{'x' * 100_000}"))
+    assert said.removesuffix("\n").isprintable()
+    assert "\\u202e" in said
+    assert len(said) < 70_000
+
+
 def test_only_one_place_writes_json_for_others() -> None:
     """The wire and the files of this receiver have checked values."""
     root = Path(__file__).parents[1]

@@ -84,3 +84,16 @@ def test_what_is_no_rotation_is_refused() -> None:
     wrong = transform("magicleap_world", "color_optical_frame", 0, w=np.nan)
     with pytest.raises(ValueError, match="unit quaternion"):
         found(tree(), wrong)
+
+
+def test_static_transforms_of_more_than_a_thousand_frames_are_ignored() -> None:
+    rig = tree()
+    rig.stand(TFMessage(transforms=[transform("head_frame", "color_optical_frame", 1)]))
+    many = [transform("base_link", f"tag_{number}", 0) for number in range(1000)]
+    rig.stand(TFMessage(transforms=[*many, transform("head_frame", "color_optical_frame", 2)]))
+    head = transform("magicleap_world", "head_frame", 3, 7)
+    assert found(rig, head) == [("color", 7_000_000_000, 5)]
+    full = tree()
+    full.stand(TFMessage(transforms=many))
+    full.stand(TFMessage(transforms=[transform("head_frame", "color_optical_frame", 1)]))
+    assert found(full, head) == []

@@ -6,9 +6,13 @@ from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
 
+from ..printable import printable
 from ..topics.diagnostics import Level, Row
 
 type Answer = Callable[[Any, Any], Any]
+
+# An error may quote what another node has sent.
+_MOST_WORDS, _MOST_TRACE = 500, 20_000
 
 
 class Failures:
@@ -28,10 +32,11 @@ class Failures:
     def add(self, error: Exception) -> str:
         """Counts and logs it; returns what to tell the caller."""
         self._count += 1
-        words = f"{type(error).__name__}: {error}"
+        words = printable(f"{type(error).__name__}: {error}", _MOST_WORDS)
         if words != self._last:
             self._last = words
-            self._log("".join(traceback.format_exception(error)))
+            trace = "".join(traceback.format_exception(error))
+            self._log(printable(trace, _MOST_TRACE, has_lines=True))
         return f"the receiver failed: {words}; its log says where. Please report this"
 
     def answering(self, answer: Answer) -> Answer:

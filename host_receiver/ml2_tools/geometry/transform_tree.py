@@ -12,6 +12,8 @@ from ml2_receiver.topics.stamps import header_stamp_ns
 
 from .pose import Pose, pose_of
 
+# Any node may publish static transforms; those of more frames are ignored.
+_MOST_FRAMES = 1000
 # The depth of a subscription to /tf_static; each node with static transforms sends a message.
 STATIC_DEPTH = 100
 
@@ -47,7 +49,9 @@ class Tree:
         Raises:
             ValueError: a transform between the head and a camera is invalid.
         """
-        self._static |= {it.child_frame_id: it for it in message.transforms}
+        for it in message.transforms:
+            if it.child_frame_id in self._static or len(self._static) < _MOST_FRAMES:
+                self._static[it.child_frame_id] = it
         mounted = {camera: self._mounting(frame) for frame, camera in self._cameras.items()}
         self._mounted = {camera: pose for camera, pose in mounted.items() if pose is not None}
 

@@ -16,7 +16,8 @@ from .diagnostics import TYPE, Rows, read_diagnostics
 from .raw_taker import RawSubscription, RawTaker
 
 _DEPTH = 10
-_MOST_PROCESSES = 16  # of one name; any node can publish rows of more
+# Any node can publish rows of more: the least recent receivers are forgotten.
+_MOST_RECEIVERS, _MOST_PROCESSES = 64, 16  # the latter of one name
 
 
 class DiagnosticsNode:
@@ -101,9 +102,13 @@ class DiagnosticsNode:
     def _diagnosed(self, payload: bytes) -> None:
         rows = {receiver: it.rows for receiver, it in read_diagnostics(payload).items()}
         with self._changed:
-            self._rows |= rows
             for receiver, of_receiver in rows.items():
+                self._rows.pop(receiver, None)  # the most recent one comes last
+                self._rows[receiver] = of_receiver
                 session, heard = of_receiver.get("session", {}), self._processes[receiver]
                 if "host" in session and len(heard) < _MOST_PROCESSES:
                     heard.add(f"{session['host']} (pid {session.get('pid', '?')})")
+            while len(self._rows) > _MOST_RECEIVERS:
+                oldest = next(iter(self._rows))
+                del self._rows[oldest], self._processes[oldest]
             self._changed.notify_all()

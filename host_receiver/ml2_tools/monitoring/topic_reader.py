@@ -23,6 +23,7 @@ from ml2_receiver.topics.message_types import message_class
 _WAIT_S = 0.1
 _DEPTH = 10
 _MOST_ELEMENTS = 16
+_MOST_CHARACTERS = 64 * 1024  # a text may be JSON of all streams
 
 
 def messages(topic: str, timeout_s: float, stopping: threading.Event) -> Iterator[Any]:
@@ -111,6 +112,8 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "get_fields_and_field_types"):
         names = value.get_fields_and_field_types()
         return {name: _plain(getattr(value, name)) for name in names}
+    if isinstance(value, str):
+        return printable(value, _MOST_CHARACTERS, has_lines=True)
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, bytes | bytearray | array.array | np.ndarray | list | tuple):
