@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from ml2_receiver.table.stream_table import (
     Adaptation,
     CustomTopics,
+    LaneClass,
     Mode,
     Stream,
     StreamTable,
     Topic,
 )
 from ml2_receiver.wire.json_body import Scalar
+from ml2_receiver.wire.kinds import Lane
 from stream_summary import stream_summary
 
 _MAX_LINE = 120
@@ -56,6 +58,7 @@ class Call:
 def kotlin_table(table: StreamTable) -> str:
     properties = [_property(table, stream) for stream in table.streams.values()]
     custom = table.custom_topics
+    lane_classes = "\n\n".join(map(_lane_class, table.lane_classes.values()))
     names = _list(_camel(id) for id in table.streams).render(_INDENT * 2)
     return f"""package dev.ml2sensors.table
 
@@ -67,11 +70,7 @@ public object StreamTable {{
     /** The body frame of the headset. */
     public const val HEAD_FRAME: String = {_text(table.head_frame)}
 
-    /** The queue of the lane of all small messages. */
-    internal val sensorsLane: QueueSpec = QueueSpec({table.lanes["sensors"].queue_frames})
-
-    /** The queue of each lane of images; every image stream has its own. */
-    internal val imageLane: QueueSpec = QueueSpec({table.lanes["image"].queue_frames})
+{lane_classes}
 
 {"\n\n".join(properties)}
 
@@ -97,6 +96,21 @@ public object StreamTable {{
 """
 
 
+def _lane_class(lane_class: LaneClass) -> str:
+    lanes = "The lane" if lane_class.is_shared else "The lanes"
+    value = _call(
+        "LaneClass",
+        name=_text(lane_class.name),
+        isShared=_literal(lane_class.is_shared),
+        isPaced=_literal(lane_class.is_paced),
+        queueFrames=str(lane_class.queue_frames),
+        maxPayloadBytes=str(lane_class.max_payload_bytes),
+    )
+    return f"""    /** {lanes} of the class `{lane_class.name}`. */
+    internal val {lane_class.name}Lane: LaneClass =
+        {value.render(_INDENT * 2)}"""
+
+
 def _adaptation(adaptation: Adaptation) -> Call:
     groups = (_list(map(_text, group)) for group in adaptation.streams)
     return _call(
@@ -115,7 +129,8 @@ def _custom(custom: CustomTopics) -> str:
     return _call(
         "CustomTopicsSpec",
         role=_text(custom.role),
-        lane=_text(custom.lane),
+        lane=_text(custom.lane.name),
+        laneClass=_lane_class_of(custom.lane),
         qos=_text(custom.qos),
         maxTopics=str(custom.max_topics),
     ).on_one_line()
@@ -135,6 +150,7 @@ def _property(table: StreamTable, stream: Stream) -> str:
         permissions=_list(map(_text, section.permissions)),
         backends=_list(map(_text, stream.backends)),
         modes=_list(map(_mode, section.modes)),
+        showsEyes=_literal(True) if section.shows_eyes else "null",
         longestPauseSeconds=_number(stream.pace.longest_pause_s),
     )
     declaration = f"{_INDENT}public val {_camel(stream.id)}: StreamSpec ="
@@ -150,11 +166,16 @@ def _topic(topic: Topic, encodings_of_stream: list[str | None]) -> Call:
         role=_text(topic.role),
         name=_text(topic.name),
         type=_text(topic.type),
-        lane=_text(topic.lane),
+        lane=_text(topic.lane.name),
+        laneClass=_lane_class_of(topic.lane),
         qos=_text(topic.qos),
         encoding=_text(own_encoding),
         condition=_text(when),
     )
+
+
+def _lane_class_of(lane: Lane) -> str:
+    return f"{str(lane.kind.name).lower()}Lane"
 
 
 def _mode(mode: Mode) -> Call:

@@ -16,7 +16,7 @@ from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Frame, FrameParser
 from ml2_receiver.wire.frame import encode_frame as encode
 from ml2_receiver.wire.json_body import JsonBody
-from ml2_receiver.wire.kinds import Kind, LaneKind, Side
+from ml2_receiver.wire.kinds import Kind, Side
 from ml2_receiver.wire.messages import (
     Bye,
     Capabilities,
@@ -61,7 +61,7 @@ class Wire:
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if tls is not None:
             self.socket = tls.wrap_socket(self.socket)
-        self._parser = FrameParser(Side.RECEIVER, LaneKind.of(lane))
+        self._parser = FrameParser(Side.RECEIVER, load_table().lane(lane))
         self._writing = threading.Lock()
 
     def send(self, kind: Kind, body: JsonBody | bytes = b"", **header: int) -> None:
@@ -252,7 +252,7 @@ class MockDevice:
         row = next(row for row in self.device.channels if row.name == topic)
         captured_ns = time.time_ns() if capture_ns is None else capture_ns
         header = self.device.data_header(row, captured_ns, send_ns, skip)
-        self.wires[row.lane].send(Kind.DATA, payload, **header)
+        self.wires[row.lane.name].send(Kind.DATA, payload, **header)
 
     def status(
         self, *, is_final: bool = False, streams: Mapping[str, StreamStatus] | None = None

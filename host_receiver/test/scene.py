@@ -63,7 +63,7 @@ def hello(device_id: str = "a", instance_id: str = "1", versions: tuple[int, ...
 
 
 def channel(topic: Topic, number: int) -> Channel:
-    fields = (topic.stream, topic.role, topic.name, topic.type, topic.qos, "frame", topic.lane)
+    fields = (topic.stream, topic.role, topic.name, topic.type, topic.qos, "frame", topic.lane.name)
     return Channel(number, *fields)
 
 

@@ -7,22 +7,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ml2_receiver.errors import ErrorCode, ProtocolError
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
-from ml2_receiver.wire.kinds import Kind, LaneKind, Side
+from ml2_receiver.wire.kinds import OPENING, Kind, Side
 
 # PROTOCOL.md's table, written down a second time: kind, senders, lanes, greatest length.
 TABLE = [
     (1, "device", "opening", 65536),
     (2, "receiver", "control", 65536),
     (3, "device", "opening", 4096),
-    (4, "receiver", "time sensors link_test image", 4096),
+    (4, "receiver", "time sensors link_test image bulk", 4096),
     (5, "receiver", "control", 65536),
     (6, "device", "control", 65536),
     (7, "device", "control", 4096),
     (8, "device", "control", 4096),
     (9, "receiver", "control", 4096),
     (16, "device", "sensors", 65536),
-    (16, "device", "image", 16 << 20),
+    (16, "device", "image bulk", 16 << 20),
     (32, "device", "time", 8),
     (33, "receiver", "time", 24),
     (40, "receiver", "control", 4096),
@@ -30,7 +31,7 @@ TABLE = [
     (48, "device", "control", 65536),
     (49, "device receiver", "control", 0),
     (50, "device receiver", "control", 0),
-    (51, "device receiver", "opening control time sensors link_test image pairing", 4096),
+    (51, "device receiver", "opening control time sensors link_test image bulk pairing", 4096),
     (52, "device receiver", "control", 4096),
     (53, "device", "control", 4096),
     (60, "receiver", "pairing", 4096),
@@ -38,7 +39,10 @@ TABLE = [
     (62, "receiver", "pairing", 4096),
 ]
 SIDES = {"device": Side.DEVICE, "receiver": Side.RECEIVER}
-LANES = {kind.name.lower(): kind for kind in LaneKind if kind.name}
+LANES = {it: load_table().lane(it) for it in ("control", "time", "link_test", "pairing")}
+LANES |= {it.name: it.lane(it.name) for it in load_table().lane_classes.values()}
+LANES |= {"opening": OPENING}
+IMAGE = LANES["image"]
 PLACES = [
     (kind, side, lane, bound)
     for kind, sides, lanes, bound in TABLE
@@ -95,7 +99,7 @@ def test_a_frame_is_its_header_and_body_in_little_endian() -> None:
         "4d 32 01 10 00 00 02 01 06 05 04 03 02 00 00 00 "
         "0e 0d 0c 0b 0a 09 08 07 fe ff ff ff ff ff ff ff aa bb"
     )
-    (frame,) = feed(FrameParser(Side.DEVICE, LaneKind.IMAGE), data)
+    (frame,) = feed(FrameParser(Side.DEVICE, IMAGE), data)
     assert frame.body == b"\xaa\xbb"
     assert frame.header[2:] == (16, 0, 0x0102, 0x03040506, 2, 0x0708090A0B0C0D0E, -2)
 
@@ -155,7 +159,7 @@ def test_frames_do_not_depend_on_how_the_bytes_are_cut(
     stream = b"".join(data_frame(payload, number) for number, payload in enumerate(payloads))
     ends = [*sorted(min(cut, len(stream)) for cut in cuts), len(stream)]
     chunks = [stream[begin:end] for begin, end in zip([0, *ends], ends, strict=False)]
-    frames = feed_chunks(FrameParser(Side.DEVICE, LaneKind.IMAGE), chunks)
+    frames = feed_chunks(FrameParser(Side.DEVICE, IMAGE), chunks)
     assert [frame.body for frame in frames] == payloads
     assert [frame.header.sequence for frame in frames] == list(range(len(payloads)))
 
@@ -179,7 +183,7 @@ def test_any_header_is_a_protocol_error_or_frames(
 
 @pytest.mark.parametrize("length", [16 * MIB, 16 * MIB + 1, 2**32 - 1])
 def test_a_claimed_length_is_not_allocated_before_its_bytes_come(length: int) -> None:
-    parser = FrameParser(Side.DEVICE, LaneKind.IMAGE)
+    parser = FrameParser(Side.DEVICE, IMAGE)
     tracemalloc.start()
     assert outcome(parser, header(16, length) + bytes(1000)) == (
         None if length == 16 * MIB else "too_large"
@@ -190,7 +194,7 @@ def test_a_claimed_length_is_not_allocated_before_its_bytes_come(length: int) ->
 
 
 def test_a_large_payload_costs_little_more_than_itself() -> None:
-    parser = FrameParser(Side.DEVICE, LaneKind.IMAGE)
+    parser = FrameParser(Side.DEVICE, IMAGE)
     stream = data_frame(bytes(16 * MIB))
     tracemalloc.start()
     (count,) = [len(frame.body) for frame in parser.feed(memoryview(stream))]
@@ -201,7 +205,7 @@ def test_a_large_payload_costs_little_more_than_itself() -> None:
 
 
 def test_the_payload_is_one_bytearray_that_is_reused_without_allocation() -> None:
-    parser = FrameParser(Side.DEVICE, LaneKind.IMAGE)
+    parser = FrameParser(Side.DEVICE, IMAGE)
     image = data_frame(bytes(MIB))
     (first,) = parser.feed(memoryview(image))
     tracemalloc.start()

@@ -13,7 +13,7 @@ def test_hello_is_welcomed_with_a_ticket_for_every_lane() -> None:
     scene = Scene()
     scene.begin()
     tickets = scene.welcome.tickets
-    assert set(tickets) == {"time", "sensors", "link_test", *load_table().image_lanes}
+    assert set(tickets) == {"time", "sensors", "link_test", *load_table().lanes}
     values = [scene.welcome.session, *tickets.values()]
     assert len(set(values)) == len(values)
     assert all(len(value) == 32 and int(value, 16) >= 0 for value in values)

@@ -28,7 +28,7 @@ def test_channels_open_their_topics_before_start() -> None:
 def test_payloads_go_to_their_topics_after_start() -> None:
     scene = started()
     for number in range(1, len(TOPICS) + 1):
-        scene.receive_data(TOPICS[number - 1].lane, number)
+        scene.receive_data(TOPICS[number - 1].lane.name, number)
     assert set(scene.sink.payloads) == {topic.name for topic in TOPICS}
 
 

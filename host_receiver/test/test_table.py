@@ -9,6 +9,7 @@ import yaml
 
 from ml2_receiver.errors import TableError
 from ml2_receiver.table.reader import load_table, read_table
+from ml2_receiver.wire.kinds import Lane, LaneKind
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -115,8 +116,30 @@ def test_only_images_have_a_lane_of_their_own() -> None:
     for stream in table.streams.values():
         for topic in stream.topics:
             is_image = topic.type in IMAGES
-            assert topic.lane == (stream.id if is_image else "sensors"), topic
-    assert len(table.image_lanes) == 11
+            assert topic.lane.name == (stream.id if is_image else "sensors"), topic
+            assert topic.lane.is_urgent is not is_image
+            assert topic.lane.max_payload_bytes == (16 << 20 if is_image else 64 << 10)
+    assert len(table.lanes) == 12
+    assert table.needed_lanes == ("time", "sensors")
+
+
+def test_large_messages_that_are_no_images_have_a_lane_for_each_stream() -> None:
+    document = packaged()
+    document["kinds"]["poses"][0]["lane"] = "bulk"
+    table = read_table(document)
+    left, right = (table.streams[f"hand_{side}"].topics[0].lane for side in ("left", "right"))
+    assert (left, right) == (table.lanes["hand_left"], table.lanes["hand_right"])
+    assert left == Lane("hand_left", LaneKind.BULK, is_urgent=False, max_payload_bytes=16 << 20)
+    assert table.streams["hand_left"].images == ()
+
+
+def test_only_the_table_says_whose_images_show_eyes() -> None:
+    """As SECURITY.md has it: exactly those that need the permission for eye cameras."""
+    sections = load_table().sections.values()
+    shown = {it.id for it in sections if it.shows_eyes}
+    permission = "com.magicleap.permission.EYE_CAMERA"
+    assert shown == {it.id for it in sections if permission in it.permissions}
+    assert len(shown) == 4
 
 
 def test_queue_depths_follow_the_kind_of_message() -> None:
@@ -195,7 +218,7 @@ def packaged() -> Any:
     return yaml.safe_load(text)
 
 
-def row(*path: str) -> Callable[[Any], Any]:
+def row(*path: str | int) -> Callable[[Any], Any]:
     def find(document: Any) -> Any:
         for name in path:
             document = document[name]
@@ -217,6 +240,9 @@ def row(*path: str) -> Callable[[Any], Any]:
         (row("sections", "gaze"), "permissions", ["GAZE"], "gaze: permission: .*found GAZE"),
         (row("permissions"), "android.permission.CAMERA", "high", "protection: .*found high"),
         (row("qos", "imu"), "dept", 3, "imu: .*dept"),
+        (row("lanes", "bulk"), "is_slow", True, "bulk: .*is_slow"),
+        (row("lanes"), "maps", packaged()["lanes"]["bulk"], "maps: the wire knows no lanes"),
+        (row("kinds", "jpeg_camera", 3), "lane", "bulk", "lane color: .*one class"),
         (row("paces", "imu"), "longest_pause_s", 0, "accel_left: longest_pause_s: .*found 0"),
         (row("paces", "imu"), "rate_hz", 0, "accel_left: rate_hz: .*found 0"),
         (row("paces"), "imu", {"pause_s": 2}, "accel_left: .*pause_s"),

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from ml2_receiver.table.reader import load_table
 from ml2_tools.viewing.controls import SERVICES, controls
 from ml2_tools.viewing.page_files import page_files
 from ml2_tools.viewing.requests import (
@@ -24,7 +25,7 @@ from ml2_tools.viewing.requests import (
     Speed,
     parse_request,
 )
-from ml2_tools.viewing.state import image_streams, is_eye
+from ml2_tools.viewing.state import image_streams
 
 STREAMS = ("color", "world_left")
 CONTROLS = controls(with_eyes=False)
@@ -177,5 +178,5 @@ def test_the_buttons_of_the_page_are_the_services() -> None:
 
 def test_eye_cameras_are_offered_on_request_only() -> None:
     eyes = {"eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right"}
-    assert {it for it in image_streams(with_eyes=True) if is_eye(it)} == eyes
+    assert {it for it in image_streams(with_eyes=True) if load_table().shows_eyes(it)} == eyes
     assert set(image_streams(with_eyes=False)) == set(image_streams(with_eyes=True)) - eyes

@@ -8,9 +8,10 @@ import pytest
 
 from case_files import load
 from frame_bytes import json_bytes
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire import messages
 from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
-from ml2_receiver.wire.kinds import Kind, LaneKind, Side
+from ml2_receiver.wire.kinds import OPENING, Kind, Side
 
 CASES = load("wire")
 HEADER_BYTES = 32
@@ -20,9 +21,9 @@ OPENERS = {"HELLO", "JOIN"}
 
 def parse(case: dict[str, Any], binary: bytes, piece_bytes: int) -> list[tuple[Frame, bytes]]:
     """All frames that a parser finds when at most `piece_bytes` arrive at a time."""
-    lane = LaneKind.of(case["lane"])
+    lane = load_table().lane(case["lane"])
     if case["frames"][0]["name"] in OPENERS:
-        lane = LaneKind.OPENING
+        lane = OPENING
     parser = FrameParser(Side.DEVICE if case["sender"] == "device" else Side.RECEIVER, lane)
     rest, frames = memoryview(binary), []
     while rest:
@@ -43,10 +44,19 @@ def test_frames_are_read_however_they_are_cut_up(name: str, piece_bytes: int) ->
     found = parse(case, binary, piece_bytes)
     assert len(found) == len(case["frames"])
     for (header, _), body, expected in zip(*zip(*found, strict=True), case["frames"], strict=True):
-        fields = (header.kind, header.length, header.flags, header.channel, header.sequence)
+        fields = (
+            header.kind,
+            header.length,
+            header.flags,
+            header.channel,
+            header.sequence,
+        )
         keys = ("kind", "length", "flags", "channel", "sequence")
         assert fields == tuple(expected[key] for key in keys)
-        assert (header.capture_ns, header.send_ns) == (expected["capture"], expected["send"])
+        assert (header.capture_ns, header.send_ns) == (
+            expected["capture"],
+            expected["send"],
+        )
         if expected["name"]:
             assert header.kind == Kind[expected["name"]]
             assert_body(expected, body)

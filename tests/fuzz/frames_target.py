@@ -3,11 +3,14 @@
 from collections.abc import Iterator
 
 from ml2_receiver.errors import ProtocolError
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.frame import HEADER_BYTES, FrameParser, Header
-from ml2_receiver.wire.kinds import LaneKind, Side
+from ml2_receiver.wire.kinds import OPENING, Side
 from vectors import vectors
 
-_LANES = list(LaneKind)
+_TABLE = load_table()
+_NAMES = ("control", "time", "link_test", "pairing", *_TABLE.lanes)
+_LANES = (OPENING, *map(_TABLE.lane, _NAMES))
 _SIDES = list(Side)
 _GROWTH_BYTES = 1 << 20
 
@@ -17,9 +20,9 @@ type Found = list[tuple[Header, bytes] | str]
 def seeds() -> Iterator[bytes]:
     """Side, lane, and the bytes of one connection."""
     for case, data in (*vectors("wire"), *vectors("malformed")):
-        lane = LaneKind.of(case["lane"])
+        lane = _TABLE.lane(case["lane"])
         side = Side.DEVICE if case.get("side", "receiver") != "device" else Side.RECEIVER
-        for it in (lane, LaneKind.OPENING):
+        for it in (lane, OPENING):
             yield bytes([_SIDES.index(side), _LANES.index(it)]) + data
 
 

@@ -9,7 +9,7 @@ from ml2_receiver.errors import ProtocolError
 from ml2_receiver.session.actions import Send
 from ml2_receiver.session.connection import Connection
 from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
-from ml2_receiver.wire.kinds import Kind, LaneKind, Side
+from ml2_receiver.wire.kinds import OPENING, Kind, Side
 from scene import Scene, hello
 from vectors import vectors
 
@@ -111,7 +111,7 @@ class _Replay:
 
     @staticmethod
     def _follow(connection: Connection, parser: FrameParser) -> None:
-        lane = LaneKind.OPENING if connection.lane is None else LaneKind.of(connection.lane)
+        lane = connection.lane or OPENING
         if parser.lane is not lane:
             parser.lane = lane
 

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
 
-from ..configuration.eye_cameras import is_eye_camera
 from ..errors import ListenError
 from ..session.server import Server
 from ..table.reader import load_table
@@ -87,11 +86,7 @@ class SessionPort:
         if self._allows_eye_images:
             return {}
         table = load_table()
-        return {
-            stream.id: _EYE_IMAGES
-            for stream in table.streams.values()
-            if is_eye_camera(table.sections[stream.section])
-        }
+        return {id: _EYE_IMAGES for id in table.streams if table.shows_eyes(id)}
 
     def follow(self, server: Server) -> None:
         """Follows a change of paired devices: with the first one, the server listens everywhere."""

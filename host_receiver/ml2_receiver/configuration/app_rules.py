@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ..table.reader import load_table
-from .eye_cameras import is_eye_camera
 
 _LONGEST = 255  # of a topic's name in DDS
 _SEGMENT = re.compile(r"\*\*?|[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
@@ -89,7 +88,7 @@ def _match(rule: Sequence[str], name: Sequence[str]) -> bool:
 
 def _is_private(name: str) -> bool:
     segments = name.split("/")
-    eyes = {it.id for it in load_table().sections.values() if is_eye_camera(it)}
+    eyes = {it.id for it in load_table().sections.values() if it.shows_eyes}
     return (
         name == "/rosout"
         or any(it.startswith("_") for it in segments)

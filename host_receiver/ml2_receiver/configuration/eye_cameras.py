@@ -8,17 +8,10 @@ from collections.abc import Iterator
 
 from ..errors import Problem
 from ..table.reader import load_table
-from ..table.stream_table import Section
 from .config_rules import Values
 
 _KEY = "general.eye_cameras"
 _ALLOWED = "allowed"
-_PERMISSION = "com.magicleap.permission.EYE_CAMERA"
-
-
-def is_eye_camera(section: Section) -> bool:
-    """Returns True if the section's images are of the wearer's eyes."""
-    return _PERMISSION in section.permissions
 
 
 def eye_camera_problems(operators: Values, values: Values) -> Iterator[Problem]:
@@ -51,4 +44,4 @@ def _eye_cameras_on(values: Values) -> set[str]:
 
 
 def _eye_cameras() -> set[str]:
-    return {it.id for it in load_table().sections.values() if is_eye_camera(it)}
+    return {it.id for it in load_table().sections.values() if it.shows_eyes}

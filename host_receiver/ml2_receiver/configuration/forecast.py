@@ -21,7 +21,7 @@ def images_mbit_per_s(config: Config) -> dict[str, float]:
     return {
         id: stream_mbit_per_s(table.streams[id], values)
         for id, values in config.requests.items()
-        if id in table.image_lanes
+        if table.streams[id].images
     }
 
 
@@ -29,9 +29,10 @@ def stream_mbit_per_s(stream: Stream, values: Values) -> float:
     """Returns what a stream of images needs with these values."""
     if values["format"] in VIDEO:
         return float(values["bit_rate_mbit"])
-    topics = [it for it in stream.topics if it.lane == stream.id]
     bits_per_pixel = sum(
-        _bits_per_pixel(it, values) for it in topics if it.when is None or it.when.holds(values)
+        _bits_per_pixel(topic, values)
+        for topic in stream.images
+        if topic.when is None or topic.when.holds(values)
     )
     pixels = float(values["resolution_width"]) * float(values["resolution_height"])
     return pixels * bits_per_pixel * int(values["update_rate"]) / 1e6

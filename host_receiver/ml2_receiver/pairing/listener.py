@@ -15,7 +15,7 @@ from ..security.paired_devices import PairedDevice, PairedDevices
 from ..transport.listener import peer_host
 from ..wire.frame import FrameParser, encode_frame
 from ..wire.json_body import JsonBody
-from ..wire.kinds import Kind, LaneKind, Side
+from ..wire.kinds import PAIRING, Kind, Side
 from ..wire.messages import Error, Pair, PairChallenge, Paired
 from .pairing import Pairing
 
@@ -152,7 +152,7 @@ class _Exchange:
     def __init__(self, tls: ssl.SSLSocket, deadline_s: float) -> None:
         self.tls = tls
         self._deadline_s = deadline_s
-        self._parser = FrameParser(Side.DEVICE, LaneKind.PAIRING)
+        self._parser = FrameParser(Side.DEVICE, PAIRING)
 
     def send(self, kind: Kind, body: JsonBody) -> None:
         with suppress(OSError):  # the peer may have disconnected

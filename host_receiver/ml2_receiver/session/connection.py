@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from ..errors import ErrorCode, ProtocolError, PublishError
 from ..wire.frame import CDR_ENCAPSULATION, Frame
+from ..wire.kinds import Lane
 from .sink import Publish
 from .statistics import TopicStatistics
 
@@ -58,9 +59,14 @@ class Connection:
     port: int
     opened_s: float
     peer: str | None = None
-    lane: str | None = None
+    lane: Lane | None = None
     routes: dict[int, Route] = field(default_factory=dict)
     is_closing: bool = False
+
+    @property
+    def name(self) -> str:
+        """The name of its lane, for messages."""
+        return self.lane.name if self.lane else "new connection"
 
     @property
     def address(self) -> str:

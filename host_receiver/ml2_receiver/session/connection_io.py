@@ -10,12 +10,11 @@ from math import inf
 from ..transport.transport import Transport
 from ..wire.frame import Frame, FrameParser, encode_frame
 from ..wire.json_body import JsonBody
-from ..wire.kinds import Kind, LaneKind, Side
+from ..wire.kinds import Kind, Side
 from .actions import Ending
 from .connection import Connection
 
 _SMALL_FRAMES_BYTES = 64 * 1024
-_URGENT = LaneKind.CONTROL | LaneKind.TIME | LaneKind.SENSORS
 _TIME = struct.Struct("<q")
 _TIMES = struct.Struct("<qqq")
 
@@ -45,7 +44,7 @@ class ConnectionIO:
         """
         parser, receive = self.parser, self.transport.receive
         while not self.is_aborted:
-            if parser.lane is LaneKind.SENSORS:
+            if 0 < parser.lane.max_payload_bytes <= _SMALL_FRAMES_BYTES:
                 yield from self._small_frames()
                 return
             count = receive(parser.get_buffer())
@@ -66,8 +65,8 @@ class ConnectionIO:
     def send(self, kind: Kind, body: JsonBody | None) -> None:
         """Sends a frame as write() does; WELCOME and JOINED open the connection's lane."""
         if kind in (Kind.WELCOME, Kind.JOINED) and self.connection.lane is not None:
-            self.parser.lane = LaneKind.of(self.connection.lane)
-            if self.parser.lane in _URGENT:
+            self.parser.lane = self.connection.lane
+            if self.connection.lane.is_urgent:
                 self.transport.mark_urgent()
         body_bytes = body.to_bytes() if body else b""
         self.write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))

@@ -227,5 +227,4 @@ class Host:
             close(self._act, pending, Ending.ABORT)
 
     def _log_refusal(self, connection: Connection, text: str) -> None:
-        lane = connection.lane or "new connection"
-        self._act(Log(f"{connection.address} ({lane}): {text}", "refusal"))
+        self._act(Log(f"{connection.address} ({connection.name}): {text}", "refusal"))

@@ -6,7 +6,7 @@ from dataclasses import replace
 from ..errors import ErrorCode, LinkTestError, ProtocolError
 from ..wire.frame import Frame
 from ..wire.json_body import JsonBody
-from ..wire.kinds import Kind
+from ..wire.kinds import CONTROL, LINK_TEST, Kind
 from ..wire.messages import (
     Bye,
     Channel,
@@ -31,9 +31,6 @@ from .stream_state import changes_in_words, stream_states
 from .streams import DesiredStreams, Streams
 from .throughput import LinkTrial
 from .tickets import Tickets, new_token
-
-_NEEDED_LANES = ("time", "sensors")
-_TEST_LANE = "link_test"
 
 
 class Session:
@@ -67,7 +64,8 @@ class Session:
         self.skipped_frames = 0
         self._settings, self._act = settings, act
         self.control = control
-        self._tickets = Tickets((*_NEEDED_LANES, _TEST_LANE, *settings.table.image_lanes))
+        table = settings.table
+        self._tickets = Tickets((*table.needed_lanes, LINK_TEST.name, *table.lanes))
         self._open = {control}
         self._began_s = self._last_received_s = self._last_sent_s = now_s
         self._lane_ended_s: float | None = None
@@ -83,7 +81,7 @@ class Session:
             Kind.EVENT: lambda body, _: self._log(Event.parse(body).text_and_age),
             Kind.BYE: lambda body, now_s: self._bye(Bye.parse(body), now_s),
         }
-        control.lane = "control"
+        control.lane = CONTROL
         welcome = settings.welcome(self.id, self._tickets.by_lane, received)
         self._send(Kind.WELCOME, welcome, now_s)
 
@@ -105,13 +103,13 @@ class Session:
             raise ProtocolError(ErrorCode.TICKET, f"no lane {join.lane!r} can be joined")
         self._tickets.use(join.lane, join.ticket)
         self._open.add(connection)
-        connection.lane = join.lane
+        connection.lane = self._settings.table.lane(join.lane)
         connection.routes = self.streams.routes.get(join.lane, {})
         self._act(Send(connection, Kind.JOINED, Joined(join.lane)))
 
     @property
     def _is_complete(self) -> bool:
-        return self._tickets.are_used(_NEEDED_LANES)
+        return self._tickets.are_used(self._settings.table.needed_lanes)
 
     def _send(self, kind: Kind, body: JsonBody | None, now_s: float) -> None:
         """Sends a frame on control."""
@@ -217,7 +215,7 @@ class Session:
         if self.state is not State.CONNECTED:
             return
         if fault is not None and (self._bye_s is None or connection is not self.control):
-            self.finish(State.LOST, f"lane {connection.lane!r}: {fault}")
+            self.finish(State.LOST, f"lane {connection.name!r}: {fault}")
         elif self._bye_s is not None:
             self._end_when_read()
         elif connection is self.control:

@@ -83,8 +83,7 @@ class Streams:
     ) -> None:
         self.phase = Phase.IDLE
         self.answers: Mapping[str, StreamAnswer] = {}
-        self.routes: dict[str, dict[int, Route]] = {"sensors": {}}
-        self.routes |= {lane: {} for lane in table.image_lanes}
+        self.routes: dict[str, dict[int, Route]] = {lane: {} for lane in table.lanes}
         self._table, self._custom = table, custom
         self._frame_prefix = frame_prefix or None
         self._topics = {
@@ -193,14 +192,17 @@ class Streams:
 
     def route(self, channel: int, route: Route) -> None:
         """Sends the DATA of an announced channel along `route` from the next START on."""
-        self._unrouted[channel] = self._live[channel].lane, route
+        self._unrouted[channel] = self._live[channel].lane.name, route
 
     def _checked(self, channel: Channel) -> Topic:
         if channel.stream == self._table.custom_topics.stream:
             return self._checked_custom(channel)
         topic = self._topics.get(channel.topic)
         found = (channel.stream, channel.role, channel.type, channel.qos, channel.lane)
-        if topic is None or found != (topic.stream, topic.role, topic.type, topic.qos, topic.lane):
+        if topic is None or found != (
+            *(topic.stream, topic.role, topic.type, topic.qos),
+            topic.lane.name,
+        ):
             raise ProtocolError(
                 ErrorCode.CHANNEL, f"the stream table has no {channel.topic!r} with {found!r}"
             )
@@ -213,7 +215,7 @@ class Streams:
         rules, known = self._table.custom_topics, self._custom
         topic = rules.topic(channel.topic, channel.type)
         found = (channel.role, channel.qos, channel.lane)
-        if topic is None or found != (rules.role, rules.qos, rules.lane):
+        if topic is None or found != (rules.role, rules.qos, rules.lane.name):
             raise ProtocolError(
                 ErrorCode.CHANNEL, f"no custom topic can be {channel.topic!r}: {channel!r}"
             )

@@ -10,6 +10,7 @@ import yaml
 
 from ..errors import TableError
 from ..wire.json_body import Scalar
+from ..wire.kinds import Lane
 from .stream_table import (
     CAMERA_KEYS,
     MESSAGE_TYPE,
@@ -19,7 +20,7 @@ from .stream_table import (
     CustomTopics,
     ImageSizes,
     Key,
-    Lane,
+    LaneClass,
     Mode,
     Pace,
     Qos,
@@ -58,22 +59,22 @@ def read_table(document: Row) -> StreamTable:
         _one_of("schema", document["schema"], [1])
         permissions = _each(document["permissions"], _protection)
         sections = _each(document["sections"], lambda id, row: _section(id, row, permissions))
-        streams = _each(document["streams"], lambda id, row: _stream(id, row, document, sections))
+        classes = _each(document["lanes"], lambda name, row: LaneClass(name, **row))
+        streams = _each(
+            document["streams"], lambda id, row: _stream(id, row, document, sections, classes)
+        )
+        custom_topics = _custom_topics(document["custom_topics"], document, classes)
         _distinct([topic.name for stream in streams.values() for topic in stream.topics])
         return StreamTable(
             streams=streams,
             sections=sections,
             permissions=permissions,
             qos=_each(document["qos"], lambda _, row: Qos(**row)),
-            lanes=_each(document["lanes"], lambda _, row: Lane(**row)),
-            image_lanes=tuple(
-                stream.id
-                for stream in streams.values()
-                if any(topic.lane == stream.id for topic in stream.topics)
-            ),
+            lane_classes=classes,
+            lanes=_lanes(custom_topics, streams),
             adaptation=_adaptation(document["adaptation"], streams),
             image_sizes=_image_sizes(document["image_sizes"], sections),
-            custom_topics=_custom_topics(document["custom_topics"], document),
+            custom_topics=custom_topics,
             receiver_topics=tuple(ReceiverTopic(**row) for row in document["receiver_topics"]),
             world_frame=document["frames"]["world"],
             head_frame=document["frames"]["head"],
@@ -109,6 +110,14 @@ def _distinct(names: list[str]) -> None:
         raise ValueError(f"topics of more than one stream: {', '.join(duplicates)}")
 
 
+def _lanes(custom: CustomTopics, streams: Mapping[str, Stream]) -> Mapping[str, Lane]:
+    lanes = {custom.lane.name: custom.lane}
+    for lane in (topic.lane for stream in streams.values() for topic in stream.topics):
+        if lanes.setdefault(lane.name, lane) != lane:
+            raise ValueError(f"lane {lane.name}: expected topics of one class, found two")
+    return MappingProxyType(lanes)
+
+
 def _protection(_: str, protection: str) -> str:
     _one_of("protection", protection, ["dangerous", "normal"])
     return protection
@@ -124,6 +133,7 @@ def _section(id: str, row: Row, permissions: Collection[str]) -> Section:
         id=id,
         doc=row.get("doc", ""),
         permissions=tuple(row.get("permissions", ())),
+        shows_eyes=row.get("shows_eyes", False),
         modes=modes,
         keys=MappingProxyType({key.name: key for key in keys}),
     )
@@ -179,7 +189,13 @@ def _key(name: str, row: Row) -> Key:
     return Key(name, **row)
 
 
-def _stream(id: str, row: Row, document: Row, sections: Mapping[str, Section]) -> Stream:
+def _stream(
+    id: str,
+    row: Row,
+    document: Row,
+    sections: Mapping[str, Section],
+    classes: Mapping[str, LaneClass],
+) -> Stream:
     _one_of("section", row["section"], sections)
     _one_of("kind", row["kind"], document["kinds"])
     _one_of("kind under paces", row["kind"], document["paces"])
@@ -197,7 +213,9 @@ def _stream(id: str, row: Row, document: Row, sections: Mapping[str, Section]) -
         when=None if when == "any_stream" else _condition(when, section),
         values=values,
         backends=_backends(row["backends"], document, section),
-        topics=tuple(_topic(id, row, topic, document) for topic in document["kinds"][row["kind"]]),
+        topics=tuple(
+            _topic(id, row, topic, document, classes) for topic in document["kinds"][row["kind"]]
+        ),
         frame=row["frame"],
         body_frame=row.get("body_frame"),
         pace=Pace(**document["paces"][row["kind"]]),
@@ -221,11 +239,11 @@ def _condition(when: Row, section: Section) -> Mapping[str, tuple[Scalar, ...]]:
     )
 
 
-def _custom_topics(row: Row, document: Row) -> CustomTopics:
+def _custom_topics(row: Row, document: Row, classes: Mapping[str, LaneClass]) -> CustomTopics:
     _one_of("stream", row["stream"], document["streams"])
-    _one_of("lane", row["lane"], document["lanes"])
+    _one_of("lane", row["lane"], classes)
     _one_of("qos", row["qos"], document["qos"])
-    return CustomTopics(**row)
+    return CustomTopics(**{**row, "lane": classes[row["lane"]].lane(row["stream"])})
 
 
 def _adaptation(row: Row, streams: Collection[str]) -> Adaptation:
@@ -254,8 +272,10 @@ def _topic_condition(when: Row, row: Row) -> Condition:
     return Condition(key, value)
 
 
-def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
-    _one_of("lane", topic["lane"], document["lanes"])
+def _topic(
+    stream: str, row: Row, topic: Row, document: Row, classes: Mapping[str, LaneClass]
+) -> Topic:
+    _one_of("lane", topic["lane"], classes)
     _one_of("qos", topic["qos"], document["qos"])
     if not MESSAGE_TYPE.fullmatch(topic["type"]):
         raise ValueError(f"type: expected <package>/msg/<Name>, found {topic['type']}")
@@ -265,7 +285,7 @@ def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
         role=topic["role"],
         name=suffix if suffix.startswith("/") else "/".join(filter(None, (row["topic"], suffix))),
         type=topic["type"],
-        lane=stream if topic["lane"] == "image" else topic["lane"],
+        lane=classes[topic["lane"]].lane(stream),
         qos=topic["qos"],
         encoding=topic.get("encoding", row.get("encoding") if topic["role"] == "image" else None),
         when=_topic_condition(topic["when"], row) if "when" in topic else None,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..wire.json_body import Scalar
+from ..wire.kinds import CONTROL, LINK_TEST, PAIRING, TIME, Lane, LaneKind
 
 MESSAGE_TYPE = re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
 _CUSTOM_NAME = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
@@ -31,12 +32,30 @@ class Qos:
 
 
 @dataclass(frozen=True)
-class Lane:
-    """The bounded queue in front of one connection; `priority` is "urgent" or "bulk"."""
+class LaneClass:
+    """What lanes of one purpose have in common.
 
-    priority: str
+    A shared class is one lane with its name. Of another class, each stream with topics on it has a
+    lane of its own, named by the stream's id. What is paced gives way to what is not.
+    `queue_frames` is the length of the queue in front of a lane, whose oldest message is dropped
+    when it is full.
+    """
+
+    name: str
+    is_shared: bool
+    is_paced: bool
     queue_frames: int
-    when_full: str
+    max_payload_bytes: int
+
+    def __post_init__(self) -> None:
+        if self.name.upper() not in LaneKind.__members__:
+            raise ValueError(f"the wire knows no lanes of the class {self.name}")
+
+    def lane(self, stream: str) -> Lane:
+        """Returns the lane of the topics of this class in a stream."""
+        name = self.name if self.is_shared else stream
+        kind = LaneKind[self.name.upper()]
+        return Lane(name, kind, not self.is_paced, self.max_payload_bytes)
 
 
 class Condition(NamedTuple):
@@ -71,17 +90,17 @@ class Pace:
 class Topic:
     """One topic of one stream.
 
-    `name` is relative to the prefix ("world_left/image_raw") or global ("/tf"). `lane` is
-    "sensors" or, on an image lane, the stream's id. `qos` is a key of StreamTable.qos. `when` is
-    the condition on the values in CONFIGURE; None means that the stream always has the topic.
-    `pace` is that of the stream, but a latched topic may be silent for any time.
+    `name` is relative to the prefix ("world_left/image_raw") or global ("/tf"). `qos` is a key of
+    StreamTable.qos. `when` is the condition on the values in CONFIGURE; None means that the stream
+    always has the topic. `pace` is that of the stream, but a latched topic may be silent for any
+    time.
     """
 
     stream: str
     role: str
     name: str
     type: str
-    lane: str
+    lane: Lane
     qos: str
     encoding: str | None
     when: Condition | None
@@ -98,7 +117,7 @@ class CustomTopics:
 
     stream: str
     role: str
-    lane: str
+    lane: Lane
     qos: str
     max_topics: int
 
@@ -177,11 +196,16 @@ class Key:
 
 @dataclass(frozen=True)
 class Section:
-    """One section of config.yaml; only cameras have `modes`."""
+    """One section of config.yaml.
+
+    A stream of a section with `modes` runs in one of them. `shows_eyes` says that its images are of
+    the wearer's eyes, which are biometric data.
+    """
 
     id: str
     doc: str
     permissions: tuple[str, ...]
+    shows_eyes: bool
     modes: tuple[Mode, ...]
     keys: Mapping[str, Key]
 
@@ -206,24 +230,45 @@ class Stream:
     body_frame: str | None
     pace: Pace
 
+    @property
+    def images(self) -> tuple[Topic, ...]:
+        """The topics with images, which only cameras have."""
+        return tuple(topic for topic in self.topics if topic.lane.kind is LaneKind.IMAGE)
+
 
 @dataclass(frozen=True)
 class StreamTable:
     """The whole table, in the order of the file.
 
-    `image_lanes` are the streams with a lane of their own. `permissions` maps each Android
-    permission to "dangerous" (the user must grant it) or "normal".
+    `lanes` are those that carry DATA, by name. `permissions` maps each Android permission to
+    "dangerous" (the user must grant it) or "normal".
     """
 
     streams: Mapping[str, Stream]
     sections: Mapping[str, Section]
     permissions: Mapping[str, str]
     qos: Mapping[str, Qos]
+    lane_classes: Mapping[str, LaneClass]
     lanes: Mapping[str, Lane]
-    image_lanes: tuple[str, ...]
     adaptation: Adaptation
     image_sizes: ImageSizes
     custom_topics: CustomTopics
     receiver_topics: tuple[ReceiverTopic, ...]
     world_frame: str
     head_frame: str
+
+    def lane(self, name: str) -> Lane:
+        """Returns the lane with this name, which has to be one of PROTOCOL.md."""
+        return self.lanes[name] if name in self.lanes else _LANES_WITHOUT_DATA[name]
+
+    @property
+    def needed_lanes(self) -> tuple[str, ...]:
+        """The lanes that every session has besides control, from its beginning on."""
+        return (TIME.name, *(it.name for it in self.lane_classes.values() if it.is_shared))
+
+    def shows_eyes(self, stream: str) -> bool:
+        """Returns True if the images of a stream are of the wearer's eyes."""
+        return self.sections[self.streams[stream].section].shows_eyes
+
+
+_LANES_WITHOUT_DATA = {lane.name: lane for lane in (CONTROL, TIME, LINK_TEST, PAIRING)}

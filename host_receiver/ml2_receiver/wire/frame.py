@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ..errors import ErrorCode, ProtocolError
-from .kinds import KIND_BY_NUMBER, Body, Kind, LaneKind, Side, kind_name, max_bytes, max_data_bytes
+from .kinds import KIND_BY_NUMBER, OPENING, Body, Kind, Lane, Side, kind_name, max_bytes
 
 MAGIC = 0x324D
 VERSION = 1
@@ -76,10 +76,10 @@ class FrameParser:
 
     Args:
         sender: the side that sends these bytes.
-        lane: the kind of the connection; set the attribute when HELLO or JOIN names the lane.
+        lane: what the connection is; set the attribute when HELLO or JOIN names the lane.
     """
 
-    def __init__(self, sender: Side, lane: LaneKind = LaneKind.OPENING) -> None:
+    def __init__(self, sender: Side, lane: Lane = OPENING) -> None:
         self._sender = sender
         self.lane = lane
         self._head = bytearray(HEADER_BYTES)
@@ -89,19 +89,19 @@ class FrameParser:
         self._filled = 0
 
     @property
-    def lane(self) -> LaneKind:
+    def lane(self) -> Lane:
         return self._lane
 
     @lane.setter
-    def lane(self, lane: LaneKind) -> None:
+    def lane(self, lane: Lane) -> None:
         self._lane = lane
         self._limits = {
-            int(kind): kind.max_length
+            int(kind): min(kind.max_length, lane.max_payload_bytes)
+            if kind.body is Body.PAYLOAD
+            else kind.max_length
             for kind in Kind
-            if kind.sender & self._sender and kind.lanes & lane
+            if kind.sender & self._sender and kind.lanes & lane.kind
         }
-        if Kind.DATA in self._limits:
-            self._limits[Kind.DATA] = max_data_bytes(lane)
 
     @property
     def is_between_frames(self) -> bool:
@@ -170,10 +170,8 @@ class FrameParser:
                 ErrorCode.TOO_LARGE,
                 f"{kind_name(header.kind)} takes {bound} B, its header says {header.length}",
             )
-        if limit is None and (header.kind in KIND_BY_NUMBER or self._lane is LaneKind.OPENING):
-            lane = (
-                "a new connection" if self._lane is LaneKind.OPENING else f"lane {self._lane.name}"
-            )
+        if limit is None and (header.kind in KIND_BY_NUMBER or self._lane is OPENING):
+            lane = "a new connection" if self._lane is OPENING else f"lane {self._lane.name}"
             raise ProtocolError(ErrorCode.UNEXPECTED, f"{kind_name(header.kind)} on {lane}")
         if header.length < bound and header.kind in _FIXED:
             raise ProtocolError(

@@ -1,11 +1,11 @@
 """The kinds of frames and of connections."""
 
+from dataclasses import dataclass
 from enum import Enum, Flag, IntEnum, auto
 from typing import Self
 
 _KIB, _MIB = 1 << 10, 1 << 20
 _UNKNOWN_KIND_BYTES = 64 * _KIB
-_SENSORS_DATA_BYTES = 64 * _KIB
 
 
 class Side(Flag):
@@ -19,7 +19,8 @@ class Side(Flag):
 class LaneKind(Flag):
     """The kind of a connection; it is OPENING until HELLO or JOIN names the lane.
 
-    A connection to the port of `ml2-receiver pair` is PAIRING from beginning to end.
+    SENSORS, IMAGE and BULK are the classes of the stream table. A connection to the port of
+    `ml2-receiver pair` is PAIRING from beginning to end.
     """
 
     OPENING = auto()
@@ -27,24 +28,33 @@ class LaneKind(Flag):
     TIME = auto()
     SENSORS = auto()
     IMAGE = auto()
+    BULK = auto()
     LINK_TEST = auto()
     PAIRING = auto()
-    OTHER = TIME | SENSORS | IMAGE | LINK_TEST
+    DATA = SENSORS | IMAGE | BULK
+    OTHER = TIME | DATA | LINK_TEST
     ANY = OPENING | CONTROL | OTHER | PAIRING
 
-    @staticmethod
-    def of(lane: str) -> "LaneKind":
-        """Returns the kind of the lane with this name; an image lane has its stream's id."""
-        return _LANE_KINDS.get(lane, LaneKind.IMAGE)
+
+@dataclass(frozen=True)
+class Lane:
+    """A connection by its purpose; those that carry DATA are in the stream table.
+
+    `is_urgent` says that nothing waits in front of it. No payload on it is longer than
+    `max_payload_bytes`.
+    """
+
+    name: str
+    kind: LaneKind
+    is_urgent: bool = True
+    max_payload_bytes: int = 0
 
 
-_LANE_KINDS = {
-    "control": LaneKind.CONTROL,
-    "time": LaneKind.TIME,
-    "sensors": LaneKind.SENSORS,
-    "link_test": LaneKind.LINK_TEST,
-    "pairing": LaneKind.PAIRING,
-}
+OPENING = Lane("opening", LaneKind.OPENING)
+CONTROL = Lane("control", LaneKind.CONTROL)
+TIME = Lane("time", LaneKind.TIME)
+LINK_TEST = Lane("link_test", LaneKind.LINK_TEST, is_urgent=False)
+PAIRING = Lane("pairing", LaneKind.PAIRING)
 
 
 class Body(Enum):
@@ -60,7 +70,7 @@ class Body(Enum):
 class Kind(IntEnum):
     """The kinds of frames: number, sender, lanes, greatest length of the body, body.
 
-    DATA has a smaller bound on the sensors lane, see max_data_bytes().
+    Payloads have a smaller bound on some lanes, see Lane.
     """
 
     sender: Side
@@ -85,7 +95,7 @@ class Kind(IntEnum):
     CHANNEL = 7, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
     CHANNEL_END = 8, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
     START = 9, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
-    DATA = 16, Side.DEVICE, LaneKind.SENSORS | LaneKind.IMAGE, 16 * _MIB, Body.PAYLOAD
+    DATA = 16, Side.DEVICE, LaneKind.DATA, 16 * _MIB, Body.PAYLOAD
     TIME_REQUEST = 32, Side.DEVICE, LaneKind.TIME, 8, Body.TIMES
     TIME_REPLY = 33, Side.RECEIVER, LaneKind.TIME, 24, Body.TIMES
     LINK_TEST = 40, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
@@ -102,11 +112,6 @@ class Kind(IntEnum):
 
 
 KIND_BY_NUMBER = {int(kind): kind for kind in Kind}
-
-
-def max_data_bytes(lane: LaneKind) -> int:
-    """Returns the greatest payload in bytes on a lane that carries DATA."""
-    return _SENSORS_DATA_BYTES if lane is LaneKind.SENSORS else Kind.DATA.max_length
 
 
 def max_bytes(kind: int) -> int:

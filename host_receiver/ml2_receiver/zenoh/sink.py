@@ -70,7 +70,7 @@ class ZenohSink:
                 name = topic.full_name(self._prefix)
                 self._publishers[topic] = self._publisher(
                     TopicName(name, topic.type, self._table.qos[topic.qos]),
-                    is_image=topic.lane in self._table.image_lanes,
+                    is_urgent=topic.lane.is_urgent,
                 )
                 self._demand_changed()
             return self._publishers[topic].publish
@@ -116,10 +116,10 @@ class ZenohSink:
                 publisher.close()
             self._token.undeclare()
 
-    def _publisher(self, topic: TopicName, *, is_image: bool = False) -> ZenohPublisher:
+    def _publisher(self, topic: TopicName, *, is_urgent: bool = True) -> ZenohPublisher:
         self._count += 1
         topic = replace(topic, name=self._remapped(topic.name))
-        priority = zenoh.Priority.DATA_LOW if is_image else zenoh.Priority.REAL_TIME
+        priority = zenoh.Priority.REAL_TIME if is_urgent else zenoh.Priority.DATA_LOW
         return ZenohPublisher(
             self._session, self._node, self._count, topic, priority, self._demand_changed
         )

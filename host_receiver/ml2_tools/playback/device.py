@@ -129,7 +129,7 @@ def channel(topic: Topic, number: int) -> Channel:
         topic.type,
         topic.qos,
         topic.frame,
-        topic.lane,
+        topic.lane.name,
     )
 
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.security.contexts import device_context
 from ml2_receiver.security.identity import Identity
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.transport.tls_transport import TlsTransport
 from ml2_receiver.transport.transport import PlainTransport, Transport
 from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
 from ml2_receiver.wire.json_body import JsonBody
-from ml2_receiver.wire.kinds import Kind, LaneKind, Side
+from ml2_receiver.wire.kinds import Kind, Side
 from ml2_receiver.wire.messages import Error
 
 from ..errors import PlaybackError
@@ -52,7 +53,7 @@ class Lane:
         connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._transport = _secure(connected, destination)
         self._transport.set_timeout(_CONNECT_S)
-        self._parser = FrameParser(Side.RECEIVER, LaneKind.of(name))
+        self._parser = FrameParser(Side.RECEIVER, load_table().lane(name))
         self._sending = threading.Lock()
 
     def set_timeout(self, seconds: float) -> None:

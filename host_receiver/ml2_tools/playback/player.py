@@ -9,7 +9,6 @@ from ml2_receiver.recording.message_definitions import DEFINITIONS
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION
-from ml2_receiver.wire.kinds import LaneKind, max_data_bytes
 
 from ..bags.bag_reader import BagMessage, BagReader
 from .answers import Repertoire
@@ -112,7 +111,7 @@ def _capture_ns(topic: Topic) -> Callable[[BagMessage], int]:
 
 
 def _check(message: BagMessage, topic: Topic) -> None:
-    limit = max_data_bytes(LaneKind.of(topic.lane))
+    limit = topic.lane.max_payload_bytes
     if len(message.payload) > limit:
         raise RecordingError(
             f"a message of {message.topic} has {len(message.payload)} B, expected at most {limit}"

@@ -11,6 +11,7 @@ from contextlib import suppress
 from ml2_receiver.errors import ProtocolError
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.printable import printable
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import VERSION as PROTOCOL_VERSION
 from ml2_receiver.wire.kinds import Kind
@@ -86,7 +87,7 @@ class Session:
         self._control = self._lanes["control"] = Lane(destination, "control")
         try:
             self._greet()
-            for lane in ("time", "sensors"):
+            for lane in load_table().needed_lanes:
                 self._join(lane)
         except BaseException:
             self._close()
@@ -108,7 +109,7 @@ class Session:
                 hint="Leave the topic out with --topics, or repair the recording.",
             )
         header = self._device.data_header(topic, capture_ns, time.time_ns())
-        self._lanes[topic.lane].send(Kind.DATA, payload, **header)
+        self._lanes[topic.lane.name].send(Kind.DATA, payload, **header)
 
     def finish(self) -> None:
         """Sends the final STATUS and BYE, if the receiver is still there."""

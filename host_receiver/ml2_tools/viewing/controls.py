@@ -11,7 +11,6 @@ from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Key, Section
 
 from ..monitoring.topic_table import Rows, number_of
-from .state import is_eye
 
 # Services of the receiver that a browser may call.
 SERVICES = frozenset(
@@ -82,11 +81,10 @@ def doing(rows: Rows) -> dict[str, Any]:
 def controls(with_eyes: bool) -> dict[str, Control]:
     """Returns the controls by section, in the order of the table; with or without eye cameras."""
     table = load_table()
-    eyes = {table.streams[it].section for it in table.streams if is_eye(it)}
     return {
         it.id: _control(it)
         for it in table.sections.values()
-        if any(key in it.keys for key in _KEYS) and (with_eyes or it.id not in eyes)
+        if any(key in it.keys for key in _KEYS) and (with_eyes or not it.shows_eyes)
     }
 
 

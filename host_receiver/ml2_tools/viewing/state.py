@@ -20,7 +20,6 @@ from .losses import losses_of
 
 type Levels = Mapping[str, int]
 
-_EYES = "com.magicleap.permission.EYE_CAMERA"
 _OK, _WARN = 0, 1
 _SILENT = ("silent", "refused", "failed")
 _MOST_NAMED, _FEW = 5, 2
@@ -41,16 +40,12 @@ class Fact:
 def image_streams(with_eyes: bool) -> tuple[str, ...]:
     """Returns the streams with images, in the order of the page; with or without eye cameras."""
     table = load_table()
-    found = [it for it in table.streams if image_topics(it) and (with_eyes or not is_eye(it))]
+    found = [
+        it for it in table.streams if image_topics(it) and (with_eyes or not table.shows_eyes(it))
+    ]
     # The wearer's view comes first, and eye cameras, which start hidden, come last.
     first = ("color", "mixed_reality", "depth", "infra")
-    return tuple(sorted(found, key=lambda it: (is_eye(it), it not in first)))
-
-
-def is_eye(stream: str) -> bool:
-    """Returns True for a stream whose images are biometric data."""
-    table = load_table()
-    return _EYES in table.sections[table.streams[stream].section].permissions
+    return tuple(sorted(found, key=lambda it: (table.shows_eyes(it), it not in first)))
 
 
 def known_topics(rows: Rows) -> dict[str, Topic]:
@@ -149,7 +144,13 @@ def recorded_state(
         "type": "state",
         "facts": [asdict(Fact(name, text)) for name, text in facts.items()],
         "streams": [
-            {"id": it, "is_eye": is_eye(it), "level": _OK, "topic": topic, "state": ""}
+            {
+                "id": it,
+                "is_eye": load_table().shows_eyes(it),
+                "level": _OK,
+                "topic": topic,
+                "state": "",
+            }
             | {"stages_ms": None}
             | {"rate_hz": rates_hz.get(topic), "mode": modes.get(it, ""), "lowered": ""}
             | unknown
@@ -200,9 +201,12 @@ def _stream(stream: str, figures: Mapping[str, Any], level: int) -> dict[str, An
     same = ("topic", "rate_hz", "expected_hz", "latency_p50_ms", "latency_p99_ms", "lost")
     # The words of a running stream are about its losses, which have a place of their own.
     words = "" if figures["stream_state"] == "running" else figures["state"]
-    return {"id": stream, "is_eye": is_eye(stream), "level": level, "state": words} | {
-        key: figures[key] for key in same
-    }
+    return {
+        "id": stream,
+        "is_eye": load_table().shows_eyes(stream),
+        "level": level,
+        "state": words,
+    } | {key: figures[key] for key in same}
 
 
 def _shown_hz(figures: Mapping[str, Any]) -> float | None:

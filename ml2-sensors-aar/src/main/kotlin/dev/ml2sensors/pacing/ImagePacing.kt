@@ -5,8 +5,8 @@ import java.util.concurrent.locks.LockSupport
 import java.util.concurrent.locks.ReentrantLock
 
 /**
- * Paces the image lanes of one session at a common [ImageRate], in turns of [SLICE_BYTES]. Thread-safe; image lanes wait
- * in [await], on threads that may block.
+ * Paces those lanes of one session whose class is paced, at a common [ImageRate], in turns of [SLICE_BYTES]. Thread-safe;
+ * lanes wait in [await], on threads that may block.
  *
  * @param isUrgentBlocked returns true while small messages wait for the network: images let them pass.
  */
@@ -38,7 +38,7 @@ internal class ImagePacing(
     /** The least round trip of the last 10 s; 0 before the first. */
     val leastRoundTripNanos: Long get() = synchronized(rate) { rate.leastRoundTripNanos }
 
-    /** Adds an image lane; [bytes] returns how many bytes of it the receiver has not acknowledged, until [remove]. */
+    /** Adds a paced lane; [bytes] returns how many bytes of it the receiver has not acknowledged, until [remove]. */
     fun add(bytes: () -> Int) {
         unacknowledged += bytes
     }
@@ -47,13 +47,23 @@ internal class ImagePacing(
         unacknowledged -= bytes
     }
 
-    /** Calls [write], which writes one image in slices, with [await] before and [written] after each of them. */
+    /** Calls [write], which writes one image in slices, each of them by [slice]. */
     inline fun image(write: () -> Unit) {
         begin()
         try {
             write()
         } finally {
             finish()
+        }
+    }
+
+    /** Waits until [bytes] of an image may be written, and calls [write], which writes them. */
+    inline fun slice(bytes: Int, write: () -> Unit) {
+        await(bytes)
+        try {
+            write()
+        } finally {
+            written(bytes)
         }
     }
 

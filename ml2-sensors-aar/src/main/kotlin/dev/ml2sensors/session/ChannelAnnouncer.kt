@@ -30,7 +30,7 @@ internal class ChannelAnnouncer(private val streams: StreamControl, private val 
 
     /** Announces channels that the app has added. */
     suspend fun announceAdditions(): Unit = announcing.withLock {
-        if (openRequest != null) announce(streams.channels().filter { it.lane == SessionLanes.SENSORS })
+        if (openRequest != null) announce(streams.channels().filter { streams.lane(it.lane).spec.isShared })
     }
 
     /** Ends channels that no longer exist. */

@@ -1,7 +1,7 @@
 package dev.ml2sensors.session
 
 import dev.ml2sensors.source.DropReason
-import dev.ml2sensors.table.QueueSpec
+import dev.ml2sensors.table.LaneClass
 import dev.ml2sensors.wire.FrameWriter
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.channels.Channel
@@ -16,7 +16,7 @@ import java.util.concurrent.atomic.AtomicLong
  * When the queue is full, the oldest frame that is not being written is dropped. With [suspendsWhenFull], for
  * recordings, producers are suspended instead, also while there is no session. Safe for use by several producers.
  */
-internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenFull: Boolean) {
+internal class Lane(val name: String, val spec: LaneClass, private val suspendsWhenFull: Boolean) {
     private val hasSession = MutableStateFlow(false)
 
     /** When the write that is under way began, by System.nanoTime(); 0 while there is none. */
@@ -40,7 +40,7 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         get() = writingSinceNanos.let { it != 0L && System.nanoTime() - it > BLOCKED_NANOS }
 
     private val queue =
-        Channel<OutgoingFrame>(spec.capacityFrames, onUndeliveredElement = { it.drop(DropReason.LINK_DOWN) })
+        Channel<OutgoingFrame>(spec.queueFrames, onUndeliveredElement = { it.drop(DropReason.LINK_DOWN) })
 
     /** Takes over [frame], which is sent or dropped, and counted. */
     suspend fun offer(frame: OutgoingFrame) {

@@ -3,6 +3,7 @@ package dev.ml2sensors.session
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorCode
@@ -80,7 +81,7 @@ internal class Session(
         val lanes = SessionLanes(welcome, ::open, streams::lane) { launchPart(control, it) }
         val handler = ControlHandler(control, lanes, streams, hostClock, stop)
         launchPart(control) { control.keepAlive(welcome.timeouts) }
-        val joining = async { lanes.joinTime().also { lanes.join(setOf(SessionLanes.SENSORS)) } }
+        val joining = async { lanes.joinTime().also { lanes.join(setOf(StreamTable.sensorsLane.name)) } }
         val listening = launchPart(control) { handler.handleFrames(joining) }
         val timeLane = TimeLane(joining.await(), deviceClock, hostClock, lanes.pacing)
         val comparing = launchPart(control) { timeLane.run() }

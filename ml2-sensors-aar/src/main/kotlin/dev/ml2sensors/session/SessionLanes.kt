@@ -1,6 +1,7 @@
 package dev.ml2sensors.session
 
 import dev.ml2sensors.pacing.ImagePacing
+import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.FrameKind
@@ -34,8 +35,8 @@ internal class SessionLanes(
     private val connections = HashMap<String, Connection>()
     private val senders = HashMap<String, Job>()
 
-    /** Paces the image lanes. */
-    val pacing: ImagePacing = ImagePacing { lane(SENSORS).isBlocked }
+    /** Paces the lanes whose class is paced. */
+    val pacing: ImagePacing = ImagePacing { lane(StreamTable.sensorsLane.name).isBlocked }
 
     val linkTest: LinkTest = LinkTest(launch) {
         connect(LINK_TEST, urgent = false).also { launch { watch(it) } }.writer
@@ -51,7 +52,7 @@ internal class SessionLanes(
     }
 
     private suspend fun joinData(name: String) =
-        if (name == SENSORS) connect(name, urgent = true) else connect(name, urgent = false, pacing)
+        if (lane(name).spec.isPaced) connect(name, urgent = false, pacing) else connect(name, urgent = true)
 
     /** Waits for an ERROR, the only frame that may arrive. Other ends of a lane are reported on the control lane. */
     private suspend fun watch(connection: Connection) {
@@ -114,7 +115,6 @@ internal class SessionLanes(
 
     companion object {
         const val TIME: String = "time"
-        const val SENSORS: String = "sensors"
         const val LINK_TEST: String = "link_test"
     }
 }

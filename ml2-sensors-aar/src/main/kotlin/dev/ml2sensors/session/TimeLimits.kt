@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Welcome
@@ -28,7 +29,7 @@ internal suspend fun <T : Any> unlessStopped(stop: Deferred<*>, exchange: suspen
 
 /** Returns how it violates PROTOCOL.md, or null if it is valid. */
 internal fun Welcome.violation(): String? {
-    val missing = listOf(SessionLanes.TIME, SessionLanes.SENSORS) - tickets.keys
+    val missing = listOf(SessionLanes.TIME, StreamTable.sensorsLane.name) - tickets.keys
     val isInTime = timeouts.handshakeSeconds > 0 && timeouts.pingSeconds > 0 && timeouts.deadSeconds > 0
     val counts = received.orEmpty().values + limits.dataBytes
     return when {

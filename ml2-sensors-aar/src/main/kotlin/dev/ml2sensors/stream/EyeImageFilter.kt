@@ -12,10 +12,9 @@ internal fun Headset.withoutUnprotectedEyeImages(security: TransportSecurity): H
 
 private class EyeImageFilter(private val headset: Headset) : Headset by headset {
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer =
-        if (EYE_IMAGES in stream.permissions) Answer.Refused(REFUSAL) else headset.negotiate(stream, requested)
+        if (stream.showsEyes) Answer.Refused(REFUSAL) else headset.negotiate(stream, requested)
 
     private companion object {
-        const val EYE_IMAGES = "com.magicleap.permission.EYE_CAMERA"
         const val REFUSAL = "eye images are biometric: pair, or allow with --insecure-eye-images"
     }
 }

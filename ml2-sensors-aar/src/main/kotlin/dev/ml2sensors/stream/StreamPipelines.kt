@@ -48,7 +48,7 @@ internal class StreamPipelines(
                 samples.collect(tree::head)
             }
 
-            spec.modes.isNotEmpty() -> codec(spec, values)?.let { ImageEncoder(spec, it) }.use { encoder ->
+            spec.isCamera -> codec(spec, values)?.let { ImageEncoder(spec, it) }.use { encoder ->
                 val images = adaptation.stream(spec.id)
                 val video = video(spec, values, channels, images)
                 CameraPipeline(spec, channels, stamps, tree, frameIds, images, encoder, video, report).run(samples)
@@ -77,7 +77,7 @@ internal class StreamPipelines(
     companion object {
         /** Returns what the images of a camera have by [values]; null for other streams. */
         fun imageSetting(spec: StreamSpec, values: StreamValues): ImageSetting? {
-            if (spec.modes.isEmpty()) return null
+            if (!spec.isCamera) return null
             val rateHz = values.rateHz ?: spec.modes.first().rates.first()
             return ImageSetting(rateHz, values.quality.takeIf { codec(spec, values) == ImageCodec.GREY_JPEG })
         }
@@ -96,7 +96,7 @@ private class ChannelLink(private val channel: TopicChannel, private val images:
 
     override fun refusal(images: Int): DropReason? = when {
         !channel.lane.isOpen -> DropReason.LINK_DOWN
-        images < StreamTable.imageLane.capacityFrames -> null
+        images < channel.lane.spec.queueFrames -> null
         else -> DropReason.QUEUE_FULL.also { channel.lane.countUnmade() }
     }
 }

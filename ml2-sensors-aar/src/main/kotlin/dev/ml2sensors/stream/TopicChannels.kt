@@ -32,8 +32,9 @@ internal class TopicChannels(private val suspendsWhenFull: Boolean) {
         TopicChannel(ALL_TOPICS.size + 1 + index, topic, lane(topic.lane))
     }
 
+    /** Returns the lane with this name, which has to be one of the table. */
     fun lane(name: String): Lane = lanes.computeIfAbsent(name) {
-        Lane(it, if (it == SENSORS) StreamTable.sensorsLane else StreamTable.imageLane, suspendsWhenFull)
+        Lane(it, LANE_CLASSES.getValue(it), suspendsWhenFull)
     }
 
     /** Corrects the counters between two sessions by the messages per topic that the peer has [received]. */
@@ -45,7 +46,8 @@ internal class TopicChannels(private val suspendsWhenFull: Boolean) {
     fun counts(): Map<String, Status.ChannelCounts> = byTopic.mapValues { (_, it) -> it.counters.snapshot() }
 
     private companion object {
-        const val SENSORS = "sensors"
         val ALL_TOPICS = StreamTable.all.flatMap { it.topics }
+        val LANE_CLASSES = ALL_TOPICS.associate { it.lane to it.laneClass } +
+            StreamTable.customTopics.run { lane to laneClass }
     }
 }

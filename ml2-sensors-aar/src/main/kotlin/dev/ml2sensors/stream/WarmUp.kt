@@ -47,7 +47,7 @@ internal suspend fun warmUp(target: GatheringByteChannel = NullChannel, limit: D
                 when {
                     spec == StreamTable.tf -> samples.collect(tree::head)
 
-                    spec.modes.isNotEmpty() -> {
+                    spec.isCamera -> {
                         val images =
                             AdaptedStream(spec.id, ImageSetting(spec.modes.first().rates.first(), quality = null))
                         CameraPipeline(spec, topics, stamps, tree, FrameIds(), images).run(samples)

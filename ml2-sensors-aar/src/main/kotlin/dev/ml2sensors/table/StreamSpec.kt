@@ -12,6 +12,7 @@ package dev.ml2sensors.table
  * @property permissions Android permissions that it needs.
  * @property backends that can serve it, the default first.
  * @property modes legal combinations of a camera's values; empty for other sensors.
+ * @property showsEyes true if its images are of the wearer's eyes, which are biometric data.
  * @property longestPauseSeconds the longest normal pause between two samples; null if any pause is normal.
  */
 public class StreamSpec internal constructor(
@@ -24,8 +25,12 @@ public class StreamSpec internal constructor(
     public val permissions: List<String> = emptyList(),
     public val backends: List<String> = emptyList(),
     public val modes: List<Mode> = emptyList(),
+    internal val showsEyes: Boolean = false,
     public val longestPauseSeconds: Int? = null,
 ) {
+    /** True for a camera: a stream with images. */
+    public val isCamera: Boolean get() = topics.any { it.laneClass === StreamTable.imageLane }
+
     override fun toString(): String = id
 }
 
@@ -36,6 +41,7 @@ public class StreamSpec internal constructor(
  * @property name relative to the receiver's prefix, or global with a leading slash.
  * @property type ROS 2 type, such as `sensor_msgs/msg/Image`.
  * @property lane `sensors`, or the stream's id for a lane of its own.
+ * @property laneClass what that lane has in common with others.
  * @property qos row of the table's QoS.
  * @property encoding of an image, null for the stream's.
  * @property condition `key=value` of the configuration that switches it on, null when it is always on.
@@ -45,6 +51,7 @@ public class TopicSpec internal constructor(
     public val name: String,
     public val type: String,
     public val lane: String,
+    internal val laneClass: LaneClass,
     public val qos: String,
     public val encoding: String? = null,
     public val condition: String? = null,
@@ -58,6 +65,7 @@ public class TopicSpec internal constructor(
 internal class CustomTopicsSpec(
     val role: String,
     val lane: String,
+    val laneClass: LaneClass,
     val qos: String,
     val maxTopics: Int,
 ) {
@@ -73,7 +81,7 @@ internal class CustomTopicsSpec(
             "expected a type as std_msgs/msg/Float32, found '$type'"
         }
         check(known < maxTopics) { "an app has at most $maxTopics topics of its own" }
-        return TopicSpec(role, "${StreamTable.custom.id}/$name", type, lane, qos)
+        return TopicSpec(role, "${StreamTable.custom.id}/$name", type, lane, laneClass, qos)
     }
 
     private companion object {
@@ -112,7 +120,18 @@ internal class AdaptationSpec(
     val ratesHz: List<Int>,
 )
 
-/** The queue of a lane: [capacityFrames] frames; a full queue drops the oldest. */
-internal class QueueSpec(
-    val capacityFrames: Int,
+/**
+ * What lanes of one purpose have in common.
+ *
+ * @property isShared true for one lane with this [name]; else each stream with topics on it has a lane with its id.
+ * @property isPaced true if it gives way to lanes that are not paced.
+ * @property queueFrames the length of the queue in front of a lane; a full queue drops the oldest.
+ * @property maxPayloadBytes the longest message on it.
+ */
+internal class LaneClass(
+    val name: String,
+    val isShared: Boolean,
+    val isPaced: Boolean,
+    val queueFrames: Int,
+    val maxPayloadBytes: Int,
 )

@@ -7,7 +7,7 @@ import java.nio.channels.GatheringByteChannel
 /**
  * Writes whole frames to a blocking channel; safe for use by several threads, frames never mix.
  *
- * @param pacing paces the frames that have a tail; null if nothing paces them.
+ * @param pacing paces the frames of a lane, but not control frames; null if nothing paces them.
  */
 internal class FrameWriter(
     private val target: GatheringByteChannel,
@@ -17,12 +17,18 @@ internal class FrameWriter(
     private val pieces = arrayOfNulls<ByteBuffer>(2)
     private val together by lazy(LazyThreadSafetyMode.NONE) { ByteBuffer.allocateDirect(TOGETHER_BYTES) }
 
-    /** Writes a control frame. */
-    fun write(kind: FrameKind, body: ByteArray) {
+    /** Writes a small frame; [channel] and [sequence] are those of an opening. */
+    fun write(kind: FrameKind, body: ByteArray, channel: Int = 0, sequence: Int = 0, captureNanos: Long = 0) {
         require(body.size <= kind.maxLength) { "$kind of ${body.size} bytes, at most ${kind.maxLength} are allowed" }
         val frame = ByteBuffer.allocate(FrameHeader.BYTES + body.size)
-        FrameHeader(kind.code, body.size).writeTo(frame)
-        write(frame.put(body).flip(), null)
+        FrameHeader(kind.code, body.size, channel, sequence, captureNanos).writeTo(frame)
+        writeWhole(frame.put(body).flip())
+    }
+
+    @Synchronized
+    private fun writeWhole(frame: ByteBuffer) {
+        FrameHeader.patchSendNanos(frame, frame.position(), rosNowNanos())
+        while (frame.hasRemaining()) target.write(frame)
     }
 
     /**
@@ -39,7 +45,13 @@ internal class FrameWriter(
         }
         together.flip()
         try {
-            while (together.hasRemaining()) target.write(together)
+            if (pacing ==
+                null
+            ) {
+                writeTogether()
+            } else {
+                pacing.image { pacing.slice(together.remaining()) { writeTogether() } }
+            }
         } finally {
             for (end in ends) if (end <= together.position()) written()
         }
@@ -51,15 +63,17 @@ internal class FrameWriter(
      */
     @Synchronized
     fun write(head: ByteBuffer, tail: ByteBuffer?) {
+        if (tail == null && pacing == null) return writeWhole(head)
         FrameHeader.patchSendNanos(head, head.position(), rosNowNanos())
-        if (tail == null) {
-            while (head.hasRemaining()) target.write(head)
-            return
-        }
+        val rest = tail ?: NOTHING
         pieces[0] = head
-        pieces[1] = tail
-        if (pacing == null) writePieces(head, tail) else writePaced(pacing, head, tail)
+        pieces[1] = rest
+        if (pacing == null) writePieces(head, rest) else writePaced(pacing, head, rest)
         pieces.fill(null)
+    }
+
+    private fun writeTogether() {
+        while (together.hasRemaining()) target.write(together)
     }
 
     private fun writePieces(head: ByteBuffer, tail: ByteBuffer) {
@@ -67,21 +81,19 @@ internal class FrameWriter(
     }
 
     private fun writePaced(pacing: ImagePacing, head: ByteBuffer, tail: ByteBuffer) = pacing.image {
-        val end = tail.limit()
+        val headEnd = head.limit()
+        val tailEnd = tail.limit()
         do {
-            tail.limit(minOf(end, tail.position() + ImagePacing.SLICE_BYTES))
-            val bytes = head.remaining() + tail.remaining()
-            pacing.await(bytes)
-            try {
-                writePieces(head, tail)
-            } finally {
-                pacing.written(bytes)
-            }
-        } while (tail.position() < end)
+            head.limit(minOf(headEnd, head.position() + ImagePacing.SLICE_BYTES))
+            val tailBytes = if (head.limit() < headEnd) 0 else ImagePacing.SLICE_BYTES
+            tail.limit(minOf(tailEnd, tail.position() + tailBytes))
+            pacing.slice(head.remaining() + tail.remaining()) { writePieces(head, tail) }
+        } while (head.position() < headEnd || tail.position() < tailEnd)
     }
 
     companion object {
         /** The most that one record of TLS takes, RFC 8446, 5.1. */
         const val TOGETHER_BYTES: Int = 16 * 1024
+        private val NOTHING: ByteBuffer = ByteBuffer.allocateDirect(0)
     }
 }

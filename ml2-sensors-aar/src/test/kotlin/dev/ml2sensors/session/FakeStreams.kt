@@ -3,7 +3,7 @@ package dev.ml2sensors.session
 import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
-import dev.ml2sensors.table.QueueSpec
+import dev.ml2sensors.table.LaneClass
 import dev.ml2sensors.wire.ChannelBody
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
@@ -80,7 +80,7 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     }
 
     override fun lane(name: String): Lane = lanes.computeIfAbsent(name) {
-        Lane(it, QueueSpec(100), suspendsWhenFull = false)
+        Lane(it, laneClass(100, isPaced = it != "sensors"), suspendsWhenFull = false)
     }
 
     override suspend fun start(known: Set<Int>) {
@@ -118,3 +118,6 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
         lane(lane).offer(OutgoingFrame(counters, head, data = null, sample = null))
     }
 }
+
+internal fun laneClass(queueFrames: Int, isPaced: Boolean = false): LaneClass =
+    LaneClass("test", isShared = false, isPaced, queueFrames, maxPayloadBytes = 16 shl 20)

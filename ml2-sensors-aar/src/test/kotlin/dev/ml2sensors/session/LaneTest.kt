@@ -3,7 +3,6 @@ package dev.ml2sensors.session
 import dev.ml2sensors.source.CountedBuffers
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.testImage
-import dev.ml2sensors.table.QueueSpec
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
 import kotlinx.coroutines.CoroutineScope
@@ -27,8 +26,8 @@ class LaneTest {
     private val counters = ChannelCounters()
     private val pool = CountedBuffers(bufferBytes = 4)
     private val kernel = FakeKernel()
-    private val lane = Lane("test", QueueSpec(4), suspendsWhenFull = false)
-    private val waitingLane = Lane("test", QueueSpec(4), suspendsWhenFull = true)
+    private val lane = Lane("test", laneClass(4), suspendsWhenFull = false)
+    private val waitingLane = Lane("test", laneClass(4), suspendsWhenFull = true)
 
     @AfterEach
     fun everythingIsCountedAndGivenBack() {
@@ -70,7 +69,7 @@ class LaneTest {
 
     /** Offers frames while a small one is being written, and returns after [writes] writes. */
     private suspend fun CoroutineScope.writeBehindASmallFrame(writes: Int, offer: suspend (Lane) -> Unit) {
-        val long = Lane("test", QueueSpec(64), suspendsWhenFull = false)
+        val long = Lane("test", laneClass(64), suspendsWhenFull = false)
         val sender = send(long)
         long.offer(smallFrame(8))
         kernel.awaitEntered()
@@ -91,7 +90,7 @@ class LaneTest {
 
     @Test
     fun aConnectionThatBreaksWhileSmallFramesAreWrittenTogetherCountsThemAndTheNext() = runBlocking<Unit> {
-        val long = Lane("test", QueueSpec(64), suspendsWhenFull = false)
+        val long = Lane("test", laneClass(64), suspendsWhenFull = false)
         val sender = async(Dispatchers.IO, CoroutineStart.UNDISPATCHED) {
             assertFailsWith<IOException> { long.sendThrough(kernel.writer()) }
         }

@@ -1,6 +1,7 @@
 package dev.ml2sensors.wire
 
 import dev.ml2sensors.cdr.hex
+import dev.ml2sensors.pacing.ImagePacing
 import org.junit.jupiter.api.Test
 import java.io.IOException
 import java.nio.ByteBuffer
@@ -9,6 +10,7 @@ import kotlin.concurrent.thread
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
+import kotlin.test.assertTrue
 
 class FrameWriterTest {
     @Test
@@ -87,6 +89,27 @@ class FrameWriterTest {
         var written = 0
         assertFailsWith<IOException> { FrameWriter(target) { 0 }.writeTogether(frames) { written++ } }
         assertEquals(2, written, "of 100 bytes each")
+    }
+
+    /** In virtual time, in which a thread that waits lets time pass. */
+    @Test
+    fun allFramesOfAPacedLaneArePacedWithPixelsOrWithout() {
+        var nanos = 0L
+        val writer = FrameWriter(Collected(), ImagePacing({ nanos }, { nanos += it }) { false }) { 0 }
+        val small = List(8) { head(prefixBytes = 15_900, dataBytes = 0) }
+        val writes = mapOf(
+            "pixels" to { writer.write(head(prefixBytes = 4, dataBytes = 128_000), ByteBuffer.allocate(128_000)) },
+            "no pixels" to { writer.write(head(prefixBytes = 128_000, dataBytes = 0), null) },
+            "small frames" to { small.forEach { writer.writeTogether(listOf(it)) {} } },
+        )
+        for ((name, write) in writes) {
+            val began = nanos
+            write()
+            assertTrue((nanos - began) / 1e9 in 0.04..0.12, "$name: ${nanos - began} ns for 128 kB")
+        }
+        val began = nanos
+        repeat(10) { writer.write(FrameKind.ERROR, ByteArray(4000)) }
+        assertEquals(began, nanos, "control frames wait for nothing")
     }
 
     @Test

@@ -16,7 +16,7 @@ internal object ThermalPolicy {
 
     /** Returns the status from which [stream] is paused, or null if it never is. */
     fun limit(stream: StreamSpec): Thermal? = when {
-        stream.modes.isEmpty() -> null
+        !stream.isCamera -> null
         stream in rgb -> Thermal.SEVERE
         else -> Thermal.CRITICAL
     }
