@@ -27,6 +27,8 @@ _RUN = ("-m", "ml2_receiver", "run", "--listen", "127.0.0.1:0", "--insecure", "-
         (["--name", "robot1", "--ros-args", "-r", "__node:=headset"], "robot1"),
         (["--ros-args", "-r", "__node:=headset"], ""),
         (["--ros-args", "-r", "__ns:=/"], ""),
+        (["--ros-args", "-r", "other:__ns:=/robot1", "-r", "other:__node:=it"], ""),
+        (["--ros-args", "-r", "__node:=it", "-r", "it:__ns:=/robot1"], "robot1"),
     ],
 )
 def test_topics_frames_and_tools_follow_the_node(

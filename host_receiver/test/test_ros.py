@@ -9,7 +9,7 @@ import pytest
 
 from configurations import only
 from ml2_receiver.wire.kinds import Kind
-from ml2_receiver.wire.messages import Error, Start, StreamStatus
+from ml2_receiver.wire.messages import Start, StreamStatus
 from mock_device import MockDevice
 from ros_messages import TYPES, header, mono_image
 from ros_processes import Child, Client, Receiver, Subscriber
@@ -263,24 +263,47 @@ def test_durability_can_be_overridden_and_what_changes_nothing_is_told(config: P
     assert "expected one of depth, durability, history, reliability" in told[2]
 
 
-def test_a_topic_with_a_wrong_override_is_not_published_and_the_others_are(config: Path) -> None:
-    override = f"qos_overrides.{IMAGE}.publisher.reliability:=some"
+def test_overrides_have_the_names_of_topics_after_remappings(config: Path) -> None:
+    given = {
+        "/robot1/tf.publisher.durability": "transient_local",
+        "/tf.publisher.depth": "5",
+        "/diagnostics.publisher.reliability": "best_effort",
+    }
+    options = [word for it in given.items() for word in ("-p", "qos_overrides.{}:={}".format(*it))]
+    names = ("--name", "robot1", "--ros-args", "-r", "/tf:=tf")
     with (
-        Receiver(config, "--ros-args", "-p", override) as receiver,
+        Receiver(config, *names, *options) as receiver,
         MockDevice(receiver.address, says_ping=True) as device,
     ):
-        request = device.configure()
-        told = Error.parse(device.wires["control"].expect(Kind.ERROR))
-        assert (told.fatal, told.channel) == (False, device.number("world_left/image_raw"))
-        device.expect_start(request)
+        device.start()
+        with Subscriber("/robot1/tf", "tf2_msgs/msg/TFMessage") as subscriber:
+            assert subscriber.publisher["durability"] == "TRANSIENT_LOCAL"
         with Subscriber("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray") as subscriber:
-            device.publish("world_left/image_raw")
-            while (found := rows(subscriber.message())[IMAGE])["received"] == "0":
-                pass
-        assert found["unpublished"] == "1"
-        assert any(f"{IMAGE} is not published: " in line for line in receiver.errors)
-        with Subscriber("/tf", "tf2_msgs/msg/TFMessage") as subscriber:
-            assert subscriber.publisher["reliability"] == "RELIABLE"
+            assert subscriber.publisher["reliability"] == "BEST_EFFORT"
+        (told,) = [line for line in receiver.errors if "changes nothing" in line]
+    assert "/tf.publisher.depth changes nothing: the topic is remapped to /robot1/tf" in told
+
+
+@pytest.mark.parametrize(
+    ("topic", "policy", "value", "said"),
+    [
+        (IMAGE, "reliability", "some", "expected one of system_default, reliable, best_effort"),
+        ("/magic_leap2/config", "durability", "transient", "did you mean transient_local?"),
+        ("/magic_leap2/log", "history", "keep_some", "expected one of system_default, keep_last"),
+        ("/magic_leap2/log", "depth", "-1", "expected an integer of 1 to"),
+        ("/magic_leap2/custom/joints", "depth", "many", "found 'many'"),
+    ],
+)
+def test_a_policy_that_there_is_not_ends_it(
+    config: Path, topic: str, policy: str, value: str, said: str
+) -> None:
+    override = f"qos_overrides.{topic}.publisher.{policy}"
+    command = ("-m", "ml2_receiver", "run", "--config", str(config), "--listen", "127.0.0.1:0")
+    with Child(*command, "--ros-args", "-p", f"{override}:={value}") as child:
+        assert child.wait() == 2
+    (told,) = [line for line in child.errors if override in line]
+    assert told.startswith(f"ROS parameters: {override}: expected ")
+    assert said in told
 
 
 BOTH_WAYS = """

@@ -22,8 +22,10 @@ _REMAP = ("-r", "--remap")
 _WITHOUT_VALUE = (*_REMAP, "--ros-args", "--")
 _IDENTITY = re.compile(r"(?:[^:]*:)?__(ns|node|name):=")
 _NODE_IN_RULE = re.compile(r"^\w+:(?!=|//)")
-_NAMESPACE = re.compile(r"(?:[^:]*:)?__ns:=/?(.*)")
-_RENAMED = re.compile(r"(?:[^:]*:)?__(?:node|name):=([A-Za-z_]\w*)", re.ASCII)
+_NODE = "ml2_receiver"
+# What is before a colon is the node that a rule is for.
+_NAMESPACE = re.compile(r"(?:(\w*):)?__ns:=/?(.*)")
+_RENAMED = re.compile(rf"(?:{_NODE}:)?__(?:node|name):=([A-Za-z_]\w*)", re.ASCII)
 
 
 @contextmanager
@@ -73,7 +75,7 @@ def topic_remappings(ros_args: Sequence[str]) -> list[str]:
 
 def node_name(ros_args: Sequence[str]) -> str:
     """Returns the name that the node has with these arguments, without its namespace."""
-    return next((it[1] for word in ros_args if (it := _RENAMED.fullmatch(word))), "ml2_receiver")
+    return next((it[1] for word in ros_args if (it := _RENAMED.fullmatch(word))), _NODE)
 
 
 def _check_unneeded(ros_args: Sequence[str]) -> None:
@@ -97,7 +99,9 @@ def settle_name(options: argparse.Namespace) -> None:
     Raises:
         RosError: they give another one, or one of several parts.
     """
-    found = [it[1] for word in options.ros_args if (it := _NAMESPACE.fullmatch(word))]
+    nodes = None, node_name(options.ros_args)
+    rules = [it for word in options.ros_args if (it := _NAMESPACE.fullmatch(word))]
+    found = [it[2] for it in rules if it[1] in nodes]
     namespace = found[0].rstrip("/") if found else ""  # the first holds
     if not namespace:
         return

@@ -26,7 +26,8 @@ from ..table.reader import load_table
 from ..table.stream_table import CAMERA_KEYS, Key, Section
 from ..wire.json_body import Scalar
 from .failures import Answer, Failures
-from .qos_overrides import unused
+from .qos_overrides import check
+from .status_array import DIAGNOSTICS
 
 # Declared by rclpy, by it or for publishers, or for services; no keys of the configuration.
 _OTHERS = re.compile(r"use_sim_time|start_type_description_service|(qos_overrides|record|save)\..*")
@@ -54,6 +55,7 @@ class ParameterNode(Node):
         )
         self._overrides, of_qos = self._take_overrides()
         self._settings = self._settings_of(config)
+        unused = check(of_qos, self._topics(), f"{self.config.prefix}/custom/")
         self._changed: Callable[[Settings], None] = lambda _: None
         types = {f"{s.id}.{key.name}": key.type for s in _sections() for key in s.keys.values()}
         self._types = {
@@ -64,7 +66,7 @@ class ParameterNode(Node):
             descriptor.type = self._types.get(name, Parameter.Type.STRING).value
             value = self._parameter(name, values[name]).value
             self.declare_parameter(name, value, descriptor, ignore_override=True)
-        for text in unused(of_qos, load_table(), self.config.prefix):
+        for text in unused:
             self.get_logger().warning(text)
 
     @property
@@ -121,18 +123,25 @@ class ParameterNode(Node):
             self._changed(settings)
         return result
 
+    def _topics(self) -> dict[str, str]:
+        """All topics that this node may publish, with their names after remappings."""
+        table, prefix = load_table(), self.config.prefix
+        names = [it.full_name(prefix) for stream in table.streams.values() for it in stream.topics]
+        names += [f"{prefix}/{it.name}" for it in table.receiver_topics]
+        return {it: self.resolve_topic_name(it) for it in (*names, DIAGNOSTICS)}
+
     def _settings_of(self, config: Config) -> Settings:
         try:
             return Settings.of(config).changed(self._overrides)
         except ConfigError as error:
             raise ConfigError(error.problems, "ROS parameters") from error
 
-    def _take_overrides(self) -> tuple[dict[str, object], list[str]]:
+    def _take_overrides(self) -> tuple[dict[str, object], dict[str, object]]:
         """Undeclares the parameters given at the start, to declare them with types.
 
         Returns:
-            those of this node, and the names of those for the QoS of publishers. A file of ROS for
-            several nodes may have sections of others, of which the log tells.
+            those of this node, and those for the QoS of publishers. A file of ROS for several nodes
+            may have sections of others, of which the log tells.
         """
         given = {
             name: self.get_parameter(name).value
@@ -151,7 +160,7 @@ class ParameterNode(Node):
         for section in sorted(of_others):
             message = f"parameter {section}: no section of this node, and ignored"
             self.get_logger().warning(f"{message}; {expected_one_of(sections, section)}")
-        return own, [name for name in given if name.startswith("qos_overrides.")]
+        return own, {it: given[it] for it in given if it.startswith("qos_overrides.")}
 
     def _parameter(self, name: str, value: Scalar) -> Parameter:
         type = self._types.get(name, Parameter.Type.STRING)

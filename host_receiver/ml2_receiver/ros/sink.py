@@ -25,11 +25,12 @@ from .calibration_services import add_calibration_services
 from .namesakes import Namesakes
 from .node import RosNode
 from .publishers import Publishers, create_publisher
+from .qos_overrides import OVERRIDABLE
 from .raw_publish import takes_bytearray
 from .real_time import real_time, say_real_time, steady_timer
 from .recording_services import RecordingServices
 from .services import add_services
-from .status_array import status_array
+from .status_array import DIAGNOSTICS, status_array
 
 _DIAGNOSTICS_PERIOD_S = 1.0
 
@@ -67,7 +68,9 @@ class RosSink:
         self._diagnostics = Diagnostics(prefix)
         self._namesakes = Namesakes(self._node, node.config.name, f"{prefix}/config")
         self._reporting = threading.Lock()
-        self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._statuses = self._node.create_publisher(
+            DiagnosticArray, DIAGNOSTICS, 10, qos_overriding_options=OVERRIDABLE
+        )
         self._publishers = Publishers(
             self._node,
             table,

@@ -8,6 +8,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from ..topics.diagnostics import Row
 from ..topics.plain_messages import status_name
 
+DIAGNOSTICS = "/diagnostics"
+
 
 def status_array(
     receiver: str, rows: Iterable[Row], more: Mapping[str, Mapping[str, str]], stamp: Time
