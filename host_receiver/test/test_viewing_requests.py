@@ -172,8 +172,9 @@ def test_eye_cameras_are_steered_on_request_only() -> None:
 
 
 def test_the_buttons_of_the_page_are_the_services() -> None:
-    _, html = page_files()["/"]
-    assert set(re.findall(r'data-call="(\w+)"', html.decode())) == SERVICES
+    _, script = page_files()["/actions.js"]
+    labels = script.decode().partition("const LABELS = {")[2].partition("}")[0]
+    assert set(re.findall(r"(\w+): ", labels)) == SERVICES
 
 
 def test_eye_cameras_are_offered_on_request_only() -> None:

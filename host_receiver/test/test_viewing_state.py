@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from ml2_tools.viewing.fields import fields_of, plottable_topics, topic_fields
 from ml2_tools.viewing.losses import RecentLosses
 from ml2_tools.viewing.plots import Series
 from ml2_tools.viewing.state import state_of, topic_prefix
@@ -189,3 +190,22 @@ def test_a_stream_that_is_not_requested_any_more_is_not_shown() -> None:
     session = {key: it for key, it in ROWS["session"].items() if key != "state.world_left"}
     state = state_of(ROWS | {"session": session}, {}, {}, "50 %")
     assert (state["streams"], state["applied"]) == ([], {})
+
+
+def test_the_fields_of_a_type_are_its_numbers_at_any_depth() -> None:
+    joy, pose = fields_of("sensor_msgs/msg/Joy"), fields_of("geometry_msgs/msg/PoseStamped")
+    assert [*pose] == [f"pose.position.{it}" for it in "xyz"] + [
+        f"pose.orientation.{it}" for it in "xyzw"
+    ]
+    assert {"axes[0]", "buttons[25]"} <= joy.keys()
+    assert "orientation_covariance[8]" in fields_of("sensor_msgs/msg/Imu")
+    assert "orientation_covariance[9]" not in fields_of("sensor_msgs/msg/Imu")
+    for other in ("sensor_msgs/msg/Image", "std_msgs/msg/String", "some_msgs/msg/Unknown"):
+        assert not fields_of(other)
+
+
+def test_only_topics_with_names_of_ros_are_offered_for_plots() -> None:
+    row = {"type": "sensor_msgs/msg/Joy"}
+    rows = {"/a/joy": row, "joy": row, "/a b": row, "/a//b": row, "/image": {"type": "x"}}
+    assert plottable_topics(rows) == {"/a/joy": "sensor_msgs/msg/Joy"}
+    assert "/a/joy axes[0]" in topic_fields(plottable_topics(rows))

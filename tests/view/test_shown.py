@@ -7,10 +7,13 @@ from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import Illuminance, Joy
 
 from lab import new_page
-from view_scene import IMAGE, ROWS, WORLD, serving
+from view_scene import COUNTS, IMAGE, ROWS, WORLD, serving
 from view_scene import Page as Served
+from waiting import await_true
 
 _GYRO = "/magic_leap2/gyro_left/imu"
 
@@ -92,6 +95,59 @@ def test_the_stages_of_latency_add_up_and_the_rate_is_not_above_what_is_asked(
     expect(parts).to_have_text("= headset 10.3 + link 1.3 + host 0.3")
     expect(latency).to_have_text(re.compile("^latency 11.9 ms, p99 "))
     expect(rate).to_contain_text("30.0 of 30 Hz")
+
+
+def test_any_numeric_field_of_any_topic_is_plotted(page: Page, served: Served) -> None:
+    joy = "/magic_leap2/controller/joy"
+    served.source.report({**ROWS, joy: {"type": "sensor_msgs/msg/Joy", **COUNTS}})
+    page.get_by_label("topic to plot").select_option(joy)
+    page.get_by_label("field to plot").select_option("axes[1]")
+    page.get_by_role("button", name="Plot", exact=True).click()
+    plot = page.locator(".plot", has_text=f"{joy} axes[1]")
+    for axes, shown in ((0.25, 0.75), "0.75"), ((0.5,), "0.75"), ((0.5, -2.5), "-2.5"):
+        served.source.bring(joy, serialize_message(Joy(axes=axes)))
+        served.source.clock_s += 1
+        expect(plot.get_by_role("status")).to_have_text(re.compile(f"^{shown}"))
+    plot.get_by_role("button").press("Enter")
+    expect(plot).to_have_count(0)
+    await_true(lambda: not [it for it in served.source.feeds if it.topic == joy])
+
+
+def test_lost_samples_are_gaps_of_a_plot(page: Page) -> None:
+    """1, 2 and 3 s have samples at 10 Hz; the next is one alone, and then come others."""
+    times = [1.0, 1.1, 1.2, 1.3, 2.0, 3.0, 3.1, 3.2, 3.3]
+    lines = page.evaluate(
+        """async (values) => {
+          const { gapOf, linesOf } = await import("/plot.js");
+          return linesOf(values, 0, gapOf(values)).map((it) => it.map(([timeS]) => timeS));
+        }""",
+        [[it, [it]] for it in times],
+    )
+    assert lines == [times[:4], times[4:5], times[5:]]
+
+
+def test_a_cursor_shows_the_values_of_its_time(page: Page, served: Served) -> None:
+    light = "/magic_leap2/light_sensor"
+    row = {"stream": "light_sensor", "type": "sensor_msgs/msg/Illuminance", **COUNTS}
+    served.source.report({**ROWS, light: row})
+    for at_s in range(100, 131):
+        served.source.clock_s = float(at_s)
+        served.source.bring(light, serialize_message(Illuminance(illuminance=float(at_s))))
+    plot = page.locator(".plot", has_text="light")
+    expect(plot.get_by_role("status")).to_have_text("130.0")
+    expect(page.locator("#plots .axis")).to_contain_text("30 s ago")
+    plots = page.locator("#plots .list")
+    plots.focus()
+    for _ in range(20):
+        plots.press("ArrowLeft")
+    expect(page.locator("#plots .axis")).to_contain_text("cursor: 10.0 s ago")
+    expect(plot.get_by_role("status")).not_to_have_text("130.0")
+    plots.press("Escape")
+    expect(plot.get_by_role("status")).to_have_text("130.0")
+    box = plot.locator("canvas").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 44 + (box["width"] - 44) / 2, box["y"] + 20)
+    expect(page.locator("#plots .axis")).to_contain_text(re.compile(r"cursor: 1[45]\.\d s ago"))
 
 
 def test_what_cannot_be_done_is_disabled_and_says_why(page: Page, served: Served) -> None:

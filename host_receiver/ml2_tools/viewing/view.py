@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import threading
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -20,9 +20,10 @@ from ..live.faults import Faults
 from ..monitoring.topic_table import Rows
 from .cloud import CLOUD, Cloud
 from .feed import Feed, Kind
+from .fields import TopicField, plottable_topics, topic_fields
 from .full_image import FullImage, full_name
 from .newest_image import NewestImage
-from .plots import SENSOR_PLOTS, UNITS, Plot, Series
+from .plots import SENSOR_PLOTS, UNITS, Series
 from .scene import SCENE, TF, TF_STATIC, Scene
 from .state import (
     Levels,
@@ -100,6 +101,9 @@ class View:
         self._modes: dict[str, str] = {}
         self._battery = "not reported"
         self._watched: dict[object, frozenset[str]] = {}
+        # What can be plotted of the topics.
+        self._types: Mapping[str, str] = {}
+        self._fields: Mapping[str, TopicField] = {}
         self._in_scene: Mapping[str, tuple[str, str]] = {}
         # By what they fill and their topic.
         self._feeds: dict[tuple[str, str], Feed] = {}
@@ -112,8 +116,8 @@ class View:
 
     @property
     def offered(self) -> Set[str]:
-        """The streams, and parts of the 3D view, that browsers may ask for."""
-        return self.images.keys() | {SCENE, CLOUD}
+        """The streams, parts of the 3D view, and fields of topics that browsers may ask for."""
+        return self.images.keys() | {SCENE, CLOUD} | self._fields.keys()
 
     @property
     def is_watched(self) -> bool:
@@ -144,6 +148,8 @@ class View:
         try:
             with self._settling:
                 self._rows = rows
+                if (types := plottable_topics(rows)) != self._types:
+                    self._types, self._fields = types, topic_fields(types)
                 self._settle()
             state = self._source.state(rows, levels, self._modes, self._battery)
         except Exception as error:  # the next report may be another one
@@ -151,6 +157,7 @@ class View:
             self.fail(f"the report of the receiver cannot be shown: {error!r}")
         else:
             state["warnings"] += self._left_out()
+            state["topics"] = self._types
             self._show(state)
 
     def _left_out(self) -> list[dict[str, Any]]:
@@ -183,8 +190,10 @@ class View:
         wanted = self._wanted() if self._watched else {}
         for key in self._feeds.keys() - wanted.keys():
             self._source.remove(self._feeds.pop(key))
-            if (stream := key[0]) in self.images:  # nobody may see an old image as a new one
-                self.images[stream].forget()
+            if (name := key[0]) in self.images:  # nobody may see an old image as a new one
+                self.images[name].forget()
+            if name not in UNITS:
+                self.series.pop(name, None)
         for key in wanted.keys() - self._feeds.keys():
             self._feeds[key] = self._feed(*key, wanted[key])
             self._source.add(self._feeds[key])
@@ -206,6 +215,7 @@ class View:
         if SCENE in shown:
             self._in_scene = self.scene.topics(self._rows, shown)
             found |= self._in_scene
+        found |= {it: self._fields[it].topic_and_type for it in shown & self._fields.keys()}
         if (prefix := topic_prefix(self._rows)) is not None:
             found[_CONFIG] = f"{prefix}/config", "std_msgs/msg/String"
         return {(name, topic): type for name, (topic, type) in found.items()}
@@ -231,20 +241,32 @@ class View:
             return Feed(topic, type, Kind.LATCHED, self._configured)
         if name == _BATTERY:
             return Feed(topic, type, Kind.SENSOR, partial(self._charged, decoder(type)))
-        take = partial(self._add, SENSOR_PLOTS[name], decoder(type))
-        return Feed(topic, type, Kind.SENSOR, take)
+        if name in SENSOR_PLOTS:
+            read = SENSOR_PLOTS[name].read
+        else:
+            self.series[name] = Series()
+            read = self._fields[name].read
+        return Feed(topic, type, Kind.SENSOR, partial(self._add, name, read, decoder(type)))
 
     def _take_image(self, stream: str, type: str, payload: bytes, _: float) -> None:
         if self.images[stream].take(type, payload):
             with self.changed:
                 self.changed.notify_all()
 
-    def _add(self, plot: Plot, decode: Callable[[bytes], Any], payload: bytes, at_s: float) -> None:
-        series = self.series[plot.name]
+    def _add(
+        self,
+        name: str,
+        read: Callable[[Any], Sequence[float]],
+        decode: Callable[[bytes], Any],
+        payload: bytes,
+        at_s: float,
+    ) -> None:
+        if (series := self.series.get(name)) is None:
+            return  # no browser shows it any more
         # A headset's bytes that are not of the type must not end the thread.
         with suppress(ValueError):
             if series.is_due(at_s):
-                series.add(plot.read(decode(payload)), at_s)
+                series.add(read(decode(payload)), at_s)
 
     def _charged(self, decode: Callable[[bytes], Any], payload: bytes, _: float) -> None:
         with suppress(ValueError):

@@ -13,8 +13,10 @@ from websockets.sync.server import ServerConnection
 
 from ml2_receiver.json_text import json_text
 from ml2_receiver.printable import printable
+from ml2_receiver.recording.message_definitions import DEFINITIONS
 
 from .cloud import CLOUD
+from .fields import fields_of
 from .full_image import full_name
 from .plots import SHOWN_S, UNITS
 from .requests import Pixel, RequestError, Seen, Show, Steer, Steered, parse_request
@@ -90,6 +92,8 @@ class Visitor:
     def _take(self, message: str | bytes) -> None:
         match parse_request(message, self._view.offered, self._steered.offer):
             case Show(streams):
+                for name in self._shown - streams:  # its values may begin anew
+                    self._plotted.pop(name, None)
                 self._shown = streams
                 self._view.watch(self, streams)
             case Seen(name):
@@ -163,6 +167,7 @@ class Visitor:
             "images": self._view.streams,
             "plots": [{"name": name, "unit": UNITS[name]} for name in self._view.series],
             "shown_s": SHOWN_S,
+            "fields": {type: list(fields) for type in DEFINITIONS if (fields := fields_of(type))},
             **self._steered.described(),
         }
         return json_text(hello)
@@ -198,7 +203,9 @@ class Visitor:
 
     def _samples(self) -> str | None:
         plots = {}
-        for name, series in self._view.series.items():
+        for name, series in list(self._view.series.items()):
+            if name not in UNITS and name not in self._shown:
+                continue
             self._plotted[name], new = series.since(self._plotted[name])
             if new:
                 plots[name] = new

@@ -35,7 +35,7 @@ function say(text) {
 
 function askForShown() {
   // An image in full size covers all others.
-  const wanted = enlarged.wanted ?? [...shown, ...scene.wanted];
+  const wanted = [...(enlarged.wanted ?? [...shown, ...scene.wanted]), ...(plots?.wanted ?? [])];
   if (!connection.isOpen() || wanted.join() === asked) return;
   asked = wanted.join();
   connection.send({ show: wanted });
@@ -63,7 +63,7 @@ const connection = connect({
       askForShown();
     };
     streams = new Streams(hello.images, showImages, (stream) => enlarged.open(stream));
-    plots = new Plots(hello.plots, hello.shown_s);
+    plots = new Plots(hello, askForShown, plots?.picked ?? []);
     const ask = (request) => connection.send(request);
     // Only a receiver is steered, and only a recording has a time line.
     for (const id of ["actions", "configuration"]) document.getElementById(id).hidden = Boolean(recording);
@@ -80,6 +80,7 @@ const connection = connect({
     if (state.doing) actions.show(state.doing);
     facts.show(state);
     streams.show(state.streams);
+    plots.offer(state.topics);
     configuration.showApplied(state.applied);
   },
   scene: (poses) => scene.show(poses),

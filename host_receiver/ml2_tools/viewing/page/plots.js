@@ -1,27 +1,70 @@
-// The plots of the last seconds, each a canvas.
+// The plots of the last seconds: those that are always there, and fields that were picked from a
+// list; with one time axis and one cursor for all.
 import { element, setText } from "./elements.js";
+import { LEFT, Plot } from "./plot.js";
 
 const REDRAW_MS = 100;
-const MARGIN = { left: 44, top: 5, bottom: 5 };
-const AXES = ["x", "y", "z"];
+const STEP_S = 0.5;
+const MOST_PICKED = 8;
 
 export class Plots {
   #section = document.getElementById("plots");
+  #list = this.#section.querySelector(".list");
+  #axis = this.#section.querySelector(".axis");
+  #picker = this.#section.querySelector("form");
   #plots;
   #shownS;
+  #fields;
+  #topics = {};
+  #changed;
   // What the server's clock showed at a time of this page's: the plots move with the server's.
   #clock = { nowS: 0, rate: 1, sinceMs: 0 };
+  // How long before now; null without a cursor.
+  #cursorS = null;
   #timer;
+  // The names of the picked fields: a topic, a space, and a field of it.
+  picked = [];
 
-  constructor(plots, shownS) {
-    this.#shownS = shownS;
+  // `changed` is called when `wanted` is another; `picked` are those of an earlier connection.
+  constructor({ plots, shown_s, fields }, changed, picked) {
+    this.#shownS = shown_s;
+    this.#fields = fields;
+    this.#changed = changed;
     this.#plots = new Map(plots.map((it) => [it.name, new Plot(it)]));
-    this.#section.replaceChildren(...[...this.#plots.values()].map((it) => it.element));
+    for (const it of picked) this.#pick(it);
+    const [topic] = this.#picker.elements;
+    topic.onchange = () => this.#offerFields();
+    this.#picker.onsubmit = (event) => {
+      event.preventDefault();
+      const [topic, field] = this.#picker.elements;
+      if (field.value) this.#pick(`${topic.value} ${field.value}`);
+    };
+    this.#section.onpointermove = (event) => this.#point(event);
+    this.#section.onpointerleave = () => (this.#cursorS = null);
+    this.#list.onkeydown = (event) => this.#step(event);
+    this.#show();
     this.#timer = setInterval(() => this.#draw(), REDRAW_MS);
+  }
+
+  // What these plots ask the server for.
+  get wanted() {
+    return this.picked.filter((it) => it.split(" ")[0] in this.#topics);
   }
 
   close() {
     clearInterval(this.#timer);
+  }
+
+  // Offers the fields of these topics, whose types are given.
+  offer(topics) {
+    if (JSON.stringify(topics) === JSON.stringify(this.#topics)) return;
+    this.#topics = topics;
+    const [select] = this.#picker.elements;
+    const chosen = select.value;
+    select.replaceChildren(...Object.keys(topics).sort().map((it) => new Option(it)));
+    if (chosen in topics) select.value = chosen;
+    this.#offerFields();
+    this.#changed();
   }
 
   add({ now_s, plots }) {
@@ -34,120 +77,54 @@ export class Plots {
     this.#clock = { nowS, rate, sinceMs: performance.now() };
   }
 
+  #offerFields() {
+    const [topic, field, button] = this.#picker.elements;
+    const names = this.#fields[this.#topics[topic.value]] ?? [];
+    field.replaceChildren(...names.map((it) => new Option(it)));
+    button.disabled = !names.length;
+  }
+
+  #pick(name) {
+    if (this.#plots.has(name) || this.picked.length === MOST_PICKED) return;
+    this.picked.push(name);
+    const remove = () => {
+      this.#plots.delete(name);
+      this.picked = this.picked.filter((it) => it !== name);
+      this.#show();
+    };
+    this.#plots.set(name, new Plot({ name, unit: "" }, remove));
+    this.#show();
+  }
+
+  #show() {
+    this.#list.replaceChildren(...[...this.#plots.values()].map((it) => it.element));
+    const [, , button] = this.#picker.elements;
+    button.title = this.picked.length === MOST_PICKED ? `at most ${MOST_PICKED} plots can be added` : "";
+    this.#changed();
+  }
+
+  #point(event) {
+    const canvas = event.target.closest("canvas");
+    if (!canvas || event.offsetX < LEFT) return (this.#cursorS = null);
+    this.#cursorS = this.#shownS * (1 - (event.offsetX - LEFT) / (canvas.clientWidth - LEFT));
+  }
+
+  #step(event) {
+    const step = { ArrowLeft: STEP_S, ArrowRight: -STEP_S }[event.key];
+    if (event.key === "Escape") this.#cursorS = null;
+    if (!step || event.target !== this.#list) return;
+    event.preventDefault();
+    this.#cursorS = Math.min(this.#shownS, Math.max(0, (this.#cursorS ?? 0) + step));
+  }
+
   #draw() {
     if (document.hidden) return;
     const { nowS: thenS, rate, sinceMs } = this.#clock;
     const nowS = thenS + ((performance.now() - sinceMs) / 1000) * rate;
-    for (const plot of this.#plots.values()) plot.draw(nowS - this.#shownS, nowS);
+    const cursorS = this.#cursorS === null ? null : nowS - this.#cursorS;
+    for (const plot of this.#plots.values()) plot.draw(nowS - this.#shownS, nowS, cursorS);
+    const [begin, ...others] = this.#axis.children;
+    setText(begin, this.#cursorS === null ? `${this.#shownS} s ago` : `cursor: ${this.#cursorS.toFixed(1)} s ago`);
+    others.forEach((it, index) => setText(it, ["20", "10", "now"][index]));
   }
-}
-
-class Plot {
-  #values = [];
-  #canvas = element("canvas");
-  #output = element("output");
-
-  constructor({ name, unit }) {
-    const title = element("h2", "", name, element("span", "quiet", unit), this.#output);
-    this.element = element("div", "plot", title, this.#canvas);
-    this.#canvas.setAttribute("role", "img");
-    this.#canvas.setAttribute("aria-label", `${name} in ${unit} over the last 30 s`);
-  }
-
-  // A time without values says that the earlier ones do not count any more.
-  add(values) {
-    const last = values.findLastIndex(([, it]) => !it.length);
-    if (last >= 0) this.#values = [];
-    this.#values.push(...values.slice(last + 1));
-  }
-
-  draw(beginS, endS) {
-    const first = this.#values.findIndex(([timeS]) => timeS >= beginS);
-    this.#values.splice(0, first < 0 ? this.#values.length : first);
-    const context = this.#prepare();
-    this.#showNewest();
-    const range = rangeOf(this.#values);
-    if (!range) return;
-    const { clientWidth: width, clientHeight: height } = this.#canvas;
-    const style = getComputedStyle(this.#canvas);
-    const x = (timeS) =>
-      MARGIN.left + ((timeS - beginS) / (endS - beginS)) * (width - MARGIN.left);
-    const y = (value) =>
-      MARGIN.top + ((range.high - value) / (range.high - range.low)) * (height - MARGIN.top - MARGIN.bottom);
-    context.font = "11px system-ui, sans-serif";
-    context.textAlign = "right";
-    context.textBaseline = "middle";
-    for (const level of [range.low, range.high]) {
-      context.fillStyle = style.getPropertyValue("--quiet");
-      context.fillText(level.toFixed(range.digits), MARGIN.left - 5, y(level));
-      context.fillStyle = style.getPropertyValue("--line");
-      context.fillRect(MARGIN.left, Math.round(y(level)), width - MARGIN.left, 1);
-    }
-    const lines = this.#values.at(-1)[1].length;
-    for (let i = 0; i < lines; i++) {
-      context.strokeStyle = style.getPropertyValue(`--series-${lines === 1 ? 2 : i}`);
-      this.#line(context, i, x, y);
-    }
-  }
-
-  #line(context, index, x, y) {
-    context.beginPath();
-    let isDrawing = false;
-    for (const [timeS, values] of this.#values) {
-      const value = values[index] ?? null;
-      if (value === null) isDrawing = false;
-      else if (isDrawing) context.lineTo(x(timeS), y(value));
-      else {
-        context.moveTo(x(timeS), y(value));
-        isDrawing = true;
-      }
-    }
-    context.lineWidth = 1.4;
-    context.stroke();
-  }
-
-  #prepare() {
-    const scale = window.devicePixelRatio;
-    const [width, height] = [this.#canvas.clientWidth * scale, this.#canvas.clientHeight * scale];
-    if (this.#canvas.width !== Math.round(width)) this.#canvas.width = Math.round(width);
-    if (this.#canvas.height !== Math.round(height)) this.#canvas.height = Math.round(height);
-    const context = this.#canvas.getContext("2d");
-    context.setTransform(scale, 0, 0, scale, 0, 0);
-    context.clearRect(0, 0, width, height);
-    return context;
-  }
-
-  #showNewest() {
-    const newest = this.#values.at(-1)?.[1] ?? [];
-    if (!newest.length) {
-      setText(this.#output, "no data");
-      return;
-    }
-    const digits = rangeOf(this.#values)?.digits ?? 2;
-    const words = newest.map((it, i) => {
-      const value = it === null ? "–" : it.toFixed(Math.max(digits, 1)).replace(/^-(0\.0*)$/, "$1");
-      if (newest.length === 1) return value;
-      return element("span", `series-${i}`, `${AXES[i]} ${value} `);
-    });
-    this.#output.replaceChildren(...words);
-  }
-}
-
-// Returns the shown range: that of the values, widened to round numbers.
-function rangeOf(values) {
-  const known = values.flatMap(([, it]) => it).filter((it) => it !== null);
-  if (!known.length) return null;
-  let low = known[0];
-  let high = known[0];
-  for (const it of known) {
-    low = Math.min(low, it);
-    high = Math.max(high, it);
-  }
-  const size = Math.max(high - low, Math.abs(high) * 1e-3, 1e-3);
-  const power = 10 ** Math.floor(Math.log10(size));
-  const step = size / power > 5 ? power : size / power > 2 ? power / 2 : power / 5;
-  low = Math.floor(low / step) * step;
-  high = Math.ceil(high / step) * step;
-  if (low === high) high += step;
-  return { low, high, digits: Math.max(0, -Math.floor(Math.log10(step))) };
 }
