@@ -1,6 +1,7 @@
 """Malicious peers do not disturb the session of a paired device."""
 
 import resource
+import select
 import socket
 import ssl
 import threading
@@ -16,7 +17,7 @@ from ml2_receiver.session.report import State
 from ml2_receiver.session.settings import Limits
 from ml2_receiver.wire.frame import encode_frame
 from ml2_receiver.wire.kinds import Kind
-from mock_device import MockDevice
+from mock_device import LIMIT_S, MockDevice
 from secure_receiver import PATIENT, QUICK, UNPAIRED_ADDRESS, OpenLab, SecureReceiver, refused
 from tls_device import anonymous_context
 
@@ -139,6 +140,30 @@ def test_a_peer_that_does_not_read_is_cut_off(secure: SecureReceiver, is_encrypt
         with pytest.raises(OSError, match=r"EOF|reset|pipe|timed out"):
             send_endlessly(control, encode_frame(Kind.PING) * 1000)
     assert secure.sink.await_report().state is State.LOST
+
+
+@pytest.mark.parametrize("is_encrypted", [True, False])
+def test_replies_that_are_not_read_wait_and_the_session_goes_on(
+    secure: SecureReceiver, is_encrypted: bool
+) -> None:
+    host, port = secure.address if is_encrypted else secure.insecure()
+    tls = secure.paired("headset").context() if is_encrypted else None
+    with MockDevice(f"{host}:{port}", says_ping=True, tls=tls) as device:
+        device.start()
+        lane = device.wires["time"]
+        lane.socket.setblocking(False)
+        request = encode_frame(Kind.TIME_REQUEST, bytes(8))
+        unsent, written = memoryview(request * 1_000_000), 0
+        while select.select([], [lane.socket], [], 1)[1]:
+            with suppress(BlockingIOError, ssl.SSLWantWriteError):
+                written += lane.socket.send(unsent[written:][:16_000])
+        assert 0 < written < len(unsent), "it never waited"
+        lane.socket.settimeout(LIMIT_S)
+        whole = written // len(request)
+        for _ in range(whole):
+            lane.expect(Kind.TIME_REPLY)
+        device.wires["sensors"].send(Kind.DATA, bytes(4))
+        secure.sink.await_event("DATA of channel 0")
 
 
 def send_endlessly(to: socket.socket, data: bytes) -> NoReturn:

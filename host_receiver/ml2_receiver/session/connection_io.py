@@ -63,23 +63,30 @@ class ConnectionIO:
                 yield frame, received_ns
 
     def send(self, kind: Kind, body: JsonBody | None) -> None:
-        """Sends a frame as write() does; WELCOME and JOINED open the connection's lane."""
+        """Sends a frame of the session; WELCOME and JOINED open the connection's lane.
+
+        It never waits: a connection whose peer has left the send buffer full is aborted.
+        """
         if kind in (Kind.WELCOME, Kind.JOINED) and self.connection.lane is not None:
             self.parser.lane = self.connection.lane
             if self.connection.lane.is_urgent:
                 self.transport.mark_urgent()
         body_bytes = body.to_bytes() if body else b""
-        self.write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
+        self._write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
 
     def answer_time(self, request: Frame, received_ns: int) -> None:
-        """Sends the TIME_REPLY to a TIME_REQUEST that was received at this ROS time."""
+        """Sends the TIME_REPLY to a TIME_REQUEST that was received at this ROS time.
+
+        Waits for room in the send buffer: only the reader of the time lane calls it.
+        """
         (asked_ns,) = _TIME.unpack(request.body)
         now_ns = time.time_ns()
         times = _TIMES.pack(asked_ns, received_ns, now_ns)
-        self.write(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
+        with suppress(OSError):  # the peer has disconnected, which the reader thread will notice
+            self.transport.send_all(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
 
-    def write(self, data: bytes) -> None:
-        """Sends without waiting; aborts the connection if the send buffer is full."""
+    def _write(self, data: bytes) -> None:
+        """Sends without waiting, for the session waits too; aborts the connection if it is full."""
         try:
             is_sent = self.transport.send(data)
         except OSError:
