@@ -17,9 +17,10 @@ from ml2_receiver.session.report import State
 from ml2_receiver.session.settings import Limits
 from ml2_receiver.wire.frame import encode_frame
 from ml2_receiver.wire.kinds import Kind
-from mock_device import LIMIT_S, MockDevice
+from mock_device import MockDevice
 from secure_receiver import PATIENT, QUICK, UNPAIRED_ADDRESS, OpenLab, SecureReceiver, refused
 from tls_device import anonymous_context
+from waiting import LIMIT_S
 
 
 def test_peers_that_stop_in_the_handshake_are_closed_in_time(open_lab: OpenLab) -> None:
