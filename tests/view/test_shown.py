@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+import cv2
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from rclpy.serialization import serialize_message
@@ -184,3 +186,28 @@ def test_one_button_starts_and_stops_the_streams(page: Page, served: Served) -> 
     paused = {"state.world_left": "paused", "state.depth": "paused"}
     served.source.report({**ROWS, "session": {**ROWS["session"], **paused}})
     expect(button).to_have_text("Start streams")
+
+
+def test_on_a_narrow_screen_the_first_camera_is_in_the_first_screen(
+    page: Page, served: Served
+) -> None:
+    words = "a sentence of some length, as the receiver says it in /diagnostics"
+    rows = {name: {"message": words} for name in ("security", "clock", "link", "a", "b", "c")}
+    served.source.report({**ROWS, **rows, WORLD: {**ROWS[WORLD], "gaps": "7"}})
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(page.locator("#losses")).to_be_visible()
+    box = page.locator("[data-stream=world_left] canvas").bounding_box()
+    assert box is not None
+    assert box["y"] + box["height"] <= 844
+    for element in ("document.documentElement", "document.querySelector('#streams')"):
+        assert page.evaluate(f"{element}.scrollWidth") <= 390
+
+
+def test_the_3d_view_follows_the_theme(page: Page) -> None:
+    def corner() -> int:
+        shot = page.locator("#scene canvas").screenshot()
+        return int(cv2.imdecode(np.frombuffer(shot, np.uint8), cv2.IMREAD_GRAYSCALE)[5, 5])
+
+    await_true(lambda: corner() > 200)
+    page.emulate_media(color_scheme="dark")
+    await_true(lambda: corner() < 50)

@@ -37,6 +37,9 @@ export class SceneView {
       return;
     }
     this.#camera.up.set(0, 0, 1);
+    const theme = matchMedia("(prefers-color-scheme: dark)");
+    theme.addEventListener("change", () => this.#setTheme());
+    this.#setTheme();
     this.#controls = new OrbitControls(this.#camera, this.#canvas);
     this.#controls.listenToKeyEvents(this.#canvas);
     this.#controls.addEventListener("change", () => this.#draw());
@@ -103,6 +106,12 @@ export class SceneView {
     this.#camera.position.lerp(place, share);
     this.#controls.target.lerp(target, share);
     this.#controls.update();
+  }
+
+  #setTheme() {
+    const style = getComputedStyle(this.#figure);
+    this.#objects.setTheme(style.getPropertyValue("--space"), style.getPropertyValue("--grid"));
+    this.#draw();
   }
 
   #switch() {

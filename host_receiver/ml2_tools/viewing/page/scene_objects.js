@@ -4,13 +4,12 @@ import {
   Matrix4, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry,
 } from "./three.min.js";
 
-const GROUND = "#10141b";
-const LINES = "#333c4a";
-const HEAD = "#ffd166";
+// Each can be told from a light ground and from a dark one.
+const HEAD = "#d99000";
 const WIRES = { color: HEAD, wireframe: true, transparent: true, opacity: 0.35 };
-const GAZE = "#ff5da2";
-const HANDS = { hand_left: "#ff8a5c", hand_right: "#5dd39e" };
-const CAMERAS = ["#79b8ff", "#c792ea", "#5ce1e6", "#b8e986", "#f5a9b8", "#e0c068", "#9fa8ff"];
+const GAZE = "#e0348c";
+const HANDS = { hand_left: "#e8622c", hand_right: "#1fa35f" };
+const CAMERAS = ["#2f80ed", "#a45bd6", "#12a5ab", "#5a9e1b", "#d9607a", "#b08d1e", "#6a74e0"];
 const TRAIL_MS = 30000;
 const MOST_TRAIL = 1000;
 const FRUSTUM_M = 0.3;
@@ -25,6 +24,8 @@ const BONES = FINGERS.flatMap((it) => it.slice(1).map((joint, index) => [it[inde
 
 export class SceneObjects {
   #space;
+  // White, so that its colour is that of its material.
+  #grid = new GridHelper(10, 20, "#fff", "#fff");
   #head = new Mesh(new SphereGeometry(0.08, 10, 7), new MeshBasicMaterial(WIRES));
   #trail = new Places(Line, new LineBasicMaterial({ color: HEAD }), MOST_TRAIL);
   #passed = [];
@@ -38,16 +39,20 @@ export class SceneObjects {
 
   constructor(space) {
     this.#space = space;
-    space.background = new Color(GROUND);
-    const grid = new GridHelper(10, 20, LINES, LINES);
-    grid.rotation.x = Math.PI / 2;
+    this.#grid.rotation.x = Math.PI / 2;
     this.#head.matrixAutoUpdate = false;
     this.#head.add(new AxesHelper(0.2));
     this.#cloud.object.geometry.setAttribute("color", this.#colours);
     for (const [hand, colour] of Object.entries(HANDS)) this.#hands.set(hand, new Hand(colour));
-    space.add(grid, new AxesHelper(0.5), this.#head);
+    space.add(this.#grid, new AxesHelper(0.5), this.#head);
     space.add(this.#trail.object, this.#gaze.object, this.#cloud.object);
     for (const it of this.#hands.values()) space.add(it.joints, it.bones.object);
+  }
+
+  // Sets the colours of the background and of the grid.
+  setTheme(ground, grid) {
+    this.#space.background = new Color(ground);
+    this.#grid.material.color.set(grid);
   }
 
   show({ head, gaze, hands, cameras, frames }) {
