@@ -169,13 +169,71 @@ arm: {controller: {ros__parameters: {rate: 50}}}
     assert config.ignored == ()
 
 
-def test_a_value_under_the_nodes_name_goes_before_one_for_all_nodes() -> None:
+def test_of_a_value_for_the_node_and_one_for_all_nodes_the_last_one_holds() -> None:
+    """As in ROS, for which the same file can be given."""
     own, all_nodes = (
         f"{node}: {{ros__parameters: {{gaze: {{enabled: {value}}}, battery: {{enabled: true}}}}}}"
         for node, value in (("/ml2_receiver", "true"), ("/**", "false"))
     )
-    for text in (f"{own}\n{all_nodes}", f"{all_nodes}\n{own}"):
-        assert "gaze" in parse_config(text.encode()).requests
+    assert "gaze" in parse_config(f"{all_nodes}\n{own}".encode()).requests
+    requests = parse_config(f"{own}\n{all_nodes}".encode()).requests
+    assert "gaze" not in requests
+    assert "battery" in requests
+
+
+FLEET = """
+/**: {ros__parameters: {gaze: {enabled: true}, general: {link: 10}}}
+/robot1/ml2_receiver: {ros__parameters: {battery: {enabled: true}, general: {link: 20}}}
+/robot2/ml2_receiver: {ros__parameters: {controller: {enabled: true}, general: {link: 30}}}
+/robot2/*: {ros__parameters: {hands: {enabled: true}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("node", "link", "streams"),
+    [
+        ("/robot1/ml2_receiver", 20, {"gaze", "battery"}),
+        ("/robot2/ml2_receiver", 30, {"gaze", "controller", "hand_left"}),
+        ("/robot2/headset", 30, {"gaze", "controller", "hand_left"}),
+        ("/robot3/ml2_receiver", 10, {"gaze"}),
+        ("/ml2_receiver", 10, {"gaze"}),
+    ],
+)
+def test_a_receiver_takes_what_ros_would_of_a_file_for_several(
+    node: str, link: float, streams: set[str]
+) -> None:
+    config = parse_config(FLEET.encode(), node=node)
+    assert config.values["general.link"] == link
+    known = {"gaze", "battery", "controller", "hand_left"}
+    assert known & set(config.requests) == streams
+    others = ["/robot1/ml2_receiver", "/robot2/ml2_receiver"] if link == 10 else []
+    assert [it.key for it in config.ignored] == others
+
+
+@pytest.mark.parametrize(
+    ("node", "path", "is_taken"),
+    [
+        ("/ml2_receiver", "/*", True),
+        ("/robot1/ml2_receiver", "/*", False),
+        ("/robot1/ml2_receiver", "/*/ml2_receiver", True),
+        ("/ml2_receiver", "/**/ml2_receiver", True),
+        ("/ml2_receiver", "/robot1/**", False),
+        ("/robot1/ml2_receiver", "/robot1/**", True),
+        ("/robot1/ml2_receiver", "/robot1/*", True),
+        ("/robot2/ml2_receiver", "/robot1/ml2_receiver", True),
+        ("/robot1/headset", "/config_ML_node", True),
+        ("/robot1/headset", "/robot1/headset", True),
+    ],
+)
+def test_wildcards_are_those_of_ros_and_a_file_for_one_receiver_is_for_any(
+    node: str, path: str, is_taken: bool
+) -> None:
+    text = f"{path}: {{ros__parameters: {{gaze: {{enabled: true}}}}}}"
+    if is_taken:
+        assert "gaze" in parse_config(text.encode(), node=node).requests
+        return
+    with pytest.raises(ConfigError, match=f"unknown node; expected one of {node}, /"):
+        parse_config(text.encode(), node=node)
 
 
 def test_a_section_under_a_wildcard_may_be_another_nodes() -> None:

@@ -50,6 +50,24 @@ def test_values_are_written_where_the_receivers_are(file: Path) -> None:
     assert "tf: {layout: flat}, gaze: {enabled: true}" in file.read_text()
 
 
+def test_a_file_for_several_keeps_what_is_of_the_others(file: Path) -> None:
+    robots = [
+        f"/{it}/ml2_receiver: {{ros__parameters: {{tf: {{layout: flat}}}}}}\n"
+        for it in ("robot1", "robot2")
+    ]
+    last = "/**: {ros__parameters: {battery: {enabled: false}}}\n"
+    file.write_text("".join([*robots, last]))
+    of_one = ConfigFile(file, node="/robot1/ml2_receiver")
+    changes = {"tf.layout": "rig", "gaze.enabled": True, "battery.enabled": True}
+    config = Settings.of(of_one.load()).changed(changes).config
+    of_one.save(config)
+    assert of_one.load().values == config.values
+    first, second, third = file.read_text().splitlines()
+    assert "tf: {layout: rig}, gaze: {enabled: true}" in first
+    assert f"{second}\n" == robots[1]
+    assert f"{third}\n" == last.replace("false", "true")
+
+
 def test_a_mode_is_written_as_a_mode(file: Path) -> None:
     file.write_text(TEXT + "    picture_center: {mode: 640x480@15}\n")
     config = changed(file, picture_center__mode="1280x720@30")

@@ -198,8 +198,13 @@ def test_parameters_given_to_ros_go_before_the_file_even_when_it_is_reloaded(
 def test_a_file_of_ros_may_have_sections_of_other_nodes(config: Path, tmp_path: Path) -> None:
     file = tmp_path / "all.yaml"
     file.write_text("/**: {ros__parameters: {world_leftt: {enabled: true}, gaze: {enabled: true}}}")
-    with Receiver(config, "--ros-args", "--params-file", str(file)) as receiver, Client() as client:
-        assert client.ask("get", "gaze.enabled") == [True]
+    thesis = tmp_path / "thesis.yaml"
+    thesis.write_text("/config_ML_node: {ros__parameters: {battery: {enabled: true}}}")
+    files = [word for it in (file, thesis) for word in ("--params-file", str(it))]
+    with Receiver(config, "--ros-args", *files) as receiver, Client() as client:
+        assert client.ask("get", "gaze.enabled", "battery.enabled") == [True, False]
+    (nothing,) = [line for line in receiver.errors if "has nothing for" in line]
+    assert f"{thesis} has nothing for /ml2_receiver: it is for /config_ML_node" in nothing
     (told,) = [line for line in receiver.errors if "world_leftt" in line]
     assert "no section of this node, and ignored" in told
     assert "did you mean world_left?" in told

@@ -2,13 +2,19 @@
 
 import argparse
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..configuration.app_rules import matches
 from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
+from ..configuration.parameter_file import MAX_BYTES, node_names
+from ..configuration.whole_file import read_file
+from ..errors import ConfigError
 from ..generated.version import VERSION
 from ..session.server import Server
 from ..session.settings import ReceiverSettings
@@ -16,7 +22,7 @@ from ..session.sink import Sink
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .options import add_file, add_ros_args, name
-from .ros_start import node_arguments, ros_needed
+from .ros_start import node_arguments, node_name, ros_needed
 from .session_port import SessionPort, add_insecure, add_keys
 
 if TYPE_CHECKING:
@@ -68,7 +74,13 @@ def address(text: str) -> tuple[str, int]:
 
 def config_file(options: argparse.Namespace) -> ConfigFile:
     """Returns the file of --config, or the user's own file."""
-    return ConfigFile(options.config) if options.config else ConfigFile.of_user()
+    node = _node_path(options)
+    return ConfigFile(options.config, node=node) if options.config else ConfigFile.of_user(node)
+
+
+def _node_path(options: argparse.Namespace) -> str:
+    name = node_name(getattr(options, "ros_args", ()))
+    return f"/{options.name}/{name}" if options.name else f"/{name}"
 
 
 def load(file: ConfigFile, options: argparse.Namespace) -> Config:
@@ -91,9 +103,21 @@ def ros_node(config: Config, options: argparse.Namespace) -> "RosNode | None":
     """The node, with enough shared memory for images; None with --no-ros."""
     if options.no_ros:
         return None
+    for text in _without_effect(options.ros_args, _node_path(options)):
+        print(f"WARNING: {text}", file=sys.stderr)
     with ros_needed():
         from ..ros.node import RosNode  # reads the profile
     return RosNode(config, node_arguments(options.ros_args, config.name))
+
+
+def _without_effect(ros_args: Sequence[str], node: str) -> Iterator[str]:
+    """Says which files of ROS's parameters have none for the node; ROS says nothing of them."""
+    for flag, file in pairwise(ros_args):
+        if flag == "--params-file":
+            with suppress(ConfigError, OSError):  # of which ROS tells
+                names = node_names(read_file(Path(file), MAX_BYTES))
+                if not any(matches(it, node) for it in names):
+                    yield f"{file} has nothing for {node}: it is for {', '.join(names)}"
 
 
 @contextmanager

@@ -84,14 +84,17 @@ class Config:
         return _calibration_file(section, self.values, self.folder)
 
 
-def load_config(path: Path) -> Config:
+def load_config(path: Path, node: str | None = None) -> Config:
     """Reads a ROS 2 parameter file; keys that are not in it have the table's defaults.
+
+    Args:
+        node: the receiver's, with its namespace; None if the file may be for any receiver.
 
     Raises:
         ConfigError: with everything that is wrong in it, in the order of its lines.
     """
     try:
-        return parse_config(read_file(path, MAX_BYTES), path.parent)
+        return parse_config(read_file(path, MAX_BYTES), path.parent, node)
     except OSError as error:
         problem = Problem(0, "", "", f"cannot be read: {error.strerror}")
         raise ConfigError([problem], str(path)) from error
@@ -99,10 +102,10 @@ def load_config(path: Path) -> Config:
         raise ConfigError(error.problems, str(path)) from error
 
 
-def parse_config(data: bytes, folder: Path = Path()) -> Config:
+def parse_config(data: bytes, folder: Path = Path(), node: str | None = None) -> Config:
     """Parses the bytes of a file as load_config does; paths in it are relative to `folder`."""
     table = load_table()
-    parameters, problems = read_parameters(data)
+    parameters, problems, notes = read_parameters(data, node)
     others = {name: it for name, it in parameters.items() if _is_of_others(name, it)}
     parameters = {name: it for name, it in parameters.items() if name not in others}
     parameters, mistaken = without_modes(parameters, table.sections)
@@ -116,7 +119,7 @@ def parse_config(data: bytes, folder: Path = Path()) -> Config:
         problems.append(replace(mistake, line=parameter.line, value=parameter.text))
     if problems:
         raise ConfigError(sorted(problems, key=lambda problem: problem.line))
-    return Config(values, folder=folder, cameras=cameras, ignored=tuple(_ignored(others)))
+    return Config(values, folder=folder, cameras=cameras, ignored=(*notes, *_ignored(others)))
 
 
 def _is_of_others(name: str, parameter: Parameter) -> bool:

@@ -12,7 +12,7 @@ from ..table.reader import load_table
 from ..user_folder import user_folder
 from .config import Config, load_config, parse_config
 from .config_rules import MODE_KEYS, Values, mode_of
-from .parameter_file import MAX_BYTES, is_for_node, is_wildcard
+from .parameter_file import MAX_BYTES, chosen, is_pattern
 from .whole_file import read_file, replace_file
 
 _INDENT = {"mapping": 2, "sequence": 4, "offset": 2}
@@ -21,17 +21,21 @@ _WIDE = 4096  # so that ruamel breaks no line of the user's
 
 @dataclass(frozen=True)
 class ConfigFile:
-    """The file at `path`; if it is optional and does not exist, the packaged file."""
+    """The file at `path`; if it is optional and does not exist, the packaged file.
+
+    `node` is the receiver's, as for load_config.
+    """
 
     path: Path
     is_optional: bool = False
+    node: str | None = None
 
     @classmethod
-    def of_user(cls) -> Self:
+    def of_user(cls, node: str | None = None) -> Self:
         """`config.yaml` in user_folder(), or in `ml2_receiver` beside it, where it once was."""
         folder = user_folder()
         path, old = folder / "config.yaml", folder.with_name("ml2_receiver") / "config.yaml"
-        return cls(old if old.exists() and not path.exists() else path, is_optional=True)
+        return cls(old if old.exists() and not path.exists() else path, True, node)
 
     @property
     def is_packaged(self) -> bool:
@@ -45,9 +49,9 @@ class ConfigFile:
             ConfigError: as load_config.
         """
         return (
-            parse_config(_packaged(), self.path.parent)
+            parse_config(_packaged(), self.path.parent, self.node)
             if self.is_packaged
-            else load_config(self.path)
+            else load_config(self.path, self.node)
         )
 
     def save(self, config: Config) -> None:
@@ -59,8 +63,8 @@ class ConfigFile:
         path = self.path.resolve()
         try:
             data = _packaged() if self.is_packaged else read_file(path, MAX_BYTES)
-            data = _edited(data, path.parent, config.values)
-            if parse_config(data, path.parent).values != config.values:
+            data = _edited(data, path.parent, config.values, self.node)
+            if parse_config(data, path.parent, self.node).values != config.values:
                 raise _unwritable(self.path, "expected one place for each key")
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             replace_file(path, data)
@@ -78,13 +82,13 @@ def _unwritable(path: Path, reason: str | None) -> ConfigError:
     return ConfigError([Problem(0, "", "", f"cannot be written: {reason}")], str(path))
 
 
-def _edited(data: bytes, folder: Path, values: Values) -> bytes:
+def _edited(data: bytes, folder: Path, values: Values, node: str | None) -> bytes:
     """The file with other values; keys that it does not have are added where they are not as
     the table has them."""
     from ruamel.yaml import YAML  # takes as long to import as the rest
     from ruamel.yaml.error import YAMLError
 
-    before = parse_config(data, folder).values
+    before = parse_config(data, folder, node).values
     yaml = YAML()
     yaml.preserve_quotes = True
     yaml.width = _WIDE
@@ -96,47 +100,51 @@ def _edited(data: bytes, folder: Path, values: Values) -> bytes:
         reason = getattr(error, "problem", None) or str(error)
         problem = Problem(line, "", "", f"cannot be written: {' '.join(reason.split())}")
         raise ConfigError([problem]) from error
+    places = _of_node(document, node)
     cameras = [it.id for it in load_table().sections.values() if it.modes]
-    modes = {f"{it}.mode": it for it in cameras if any(_places(document, f"{it}.mode"))}
+    modes = {f"{it}.mode": it for it in cameras if any(_places(places, f"{it}.mode"))}
     in_modes = {f"{camera}.{key}" for camera in modes.values() for key in MODE_KEYS}
     for name, value in values.items():
         if value == before[name]:
             continue
-        keys, key = next(_places(document, name), (None, ""))
+        keys, key = next(_places(places, name), (None, ""))
         if keys is None and name in in_modes:
             continue
         if keys is None:
-            keys, key = _new_place(document, name)
+            keys, key = _new_place(places, name)
         keys[key] = value
     for name, camera in modes.items():
-        keys, key = next(_places(document, name))
+        keys, key = next(_places(places, name))
         keys[key] = mode_of(camera, values)
     text = io.BytesIO()
     yaml.dump(document, text)
     return text.getvalue()
 
 
-def _places(
-    document: Mapping[str, Any], name: str
-) -> Iterator[tuple[MutableMapping[str, Any], str]]:
-    """Yields the places of a key: under its section, or written with a dot."""
+# What stands under ros__parameters, by the name of the node; the first that has a key holds.
+type _Parameters = Mapping[str, MutableMapping[str, Any]]
+
+
+def _places(own: _Parameters, name: str) -> Iterator[tuple[MutableMapping[str, Any], str]]:
+    """Yields the places of a key, that in force first: under its section, or with a dot."""
     section, _, key = name.partition(".")
-    for sections in _of_node(document):
+    for sections in own.values():
         if name in sections:
             yield sections, name
         elif key in sections.get(section, {}):
             yield sections[section], key
 
 
-def _new_place(document: Mapping[str, Any], name: str) -> tuple[MutableMapping[str, Any], str]:
+def _new_place(own: _Parameters, name: str) -> tuple[MutableMapping[str, Any], str]:
     section, _, key = name.partition(".")
-    return next(_of_node(document)).setdefault(section, {}), key
+    paths = sorted(own, key=is_pattern)
+    return own[paths[0]].setdefault(section, {}), key
 
 
-def _of_node(document: Mapping[str, Any]) -> Iterator[MutableMapping[str, Any]]:
-    """Yields what stands under ros__parameters of this node: under its name, then for all nodes."""
-    blocks = sorted(_blocks(document, ""), key=lambda it: is_wildcard(it[0]))
-    return (sections for node, sections in blocks if is_for_node(node))
+def _of_node(document: Mapping[str, Any], node: str | None) -> _Parameters:
+    blocks = list(_blocks(document, ""))
+    taken = chosen([name for name, _ in blocks], node)
+    return {name: sections for name, sections in reversed(blocks) if name in taken}
 
 
 def _blocks(

@@ -1,7 +1,7 @@
 """Reads ROS 2 parameter files and remembers on which line each value stands."""
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -12,6 +12,7 @@ from yaml.reader import ReaderError
 
 from ..errors import ConfigError, Problem
 from ..printable import printable
+from .app_rules import matches
 from .yaml_tree import TreeLoader
 
 MAX_BYTES = 64 * 1024
@@ -24,6 +25,7 @@ _ANY_NODE = ("**", "*")
 # those of the node's services. `ros2 param dump` writes them, too.
 _OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides", "record", "save")
 MAX_SHOWN = 60
+_CHOOSE = "; `run --name` chooses one"
 
 
 @dataclass(frozen=True)
@@ -56,28 +58,39 @@ def expected_one_of(names: Collection[str], found: str) -> str:
     return f"expected one of {', '.join(names)}" + (f"; did you mean {close[0]}?" if close else "")
 
 
-def read_parameters(data: bytes) -> tuple[dict[str, Parameter], list[Problem]]:
-    """Returns the parameters by "section.key", and the problems of the file's structure.
+def read_parameters(
+    data: bytes, node: str | None = None
+) -> tuple[dict[str, Parameter], list[Problem], list[Problem]]:
+    """Returns the parameters by "section.key", the problems of the file's structure, and notes.
 
-    Parameters of other nodes are left out, as in ROS. A value under the node's name goes before one
-    under a wildcard. A section that has a value instead of keys is in the result by its own name.
+    Parameters of other nodes are left out, and of two values the last one holds, as in ROS. A
+    section that has a value instead of keys is in the result by its own name.
+
+    Args:
+        node: as for chosen().
 
     Raises:
         ConfigError: the file is no YAML mapping at all.
     """
     blocks = list(_blocks(_compose(_decode(data)), ""))
-    own = {it.node: it for it in blocks if it.is_own}
+    taken = chosen([it.node for it in blocks], node)
+    own = {it.node: it for it in blocks if it.node in taken and not is_pattern(it.node)}
     problems = [
-        it.wrong(f"expected one receiver, found {it.node} and {next(iter(own))}")
+        it.wrong(f"expected one receiver, found {it.node} and {next(iter(own))}{_CHOOSE}")
         for it in list(own.values())[1:]
     ]
     parameters: dict[str, Parameter] = {}
-    if not any(is_for_node(it.node) for it in blocks):
-        problems += [
-            it.wrong(f"unknown node; {expected_one_of([*_NODE_NAMES, '**'], it.node)}")
-            for it in blocks
-        ]
-    for block in sorted(blocks, key=lambda it: it.is_for_all):
+    if not taken:
+        known = [*_NODE_NAMES, "**"] if node is None else [node, "/**"]
+        problems += [it.wrong(f"unknown node; {expected_one_of(known, it.node)}") for it in blocks]
+    notes = [
+        it.wrong(f"ignored, since this node is {node}{_CHOOSE}")
+        for it in blocks
+        if taken and not own and is_receiver(it.node) and it.node not in taken
+    ]
+    for block in blocks:
+        if block.node not in taken:
+            continue
         given: dict[str, Parameter] = {}
         for found in block.entries():
             if isinstance(found, Problem):
@@ -88,13 +101,40 @@ def read_parameters(data: bytes) -> tuple[dict[str, Parameter], list[Problem]]:
             if first is not parameter:
                 message = f"found {parameter.text}, but it is already given on line {first.line}"
                 problems.append(Problem(parameter.line, name, parameter.text, message))
-        parameters = given | parameters
-    return parameters, problems
+        parameters |= given
+    return parameters, problems, notes
 
 
-def is_for_node(path: str) -> bool:
-    """Returns True if parameters under this path of namespaces and node are this receiver's."""
-    return path.rpartition("/")[2] in _NODE_NAMES or is_wildcard(path)
+def chosen(paths: Sequence[str], node: str | None) -> list[str]:
+    """Returns those of the nodes in a file whose parameters are this receiver's, in their order.
+
+    They are those that ROS would take. A file that is only for a receiver with another name is for
+    this one, too.
+
+    Args:
+        paths: names with their namespaces, which may have wildcards.
+        node: the receiver's own; None stands for any receiver.
+    """
+    if node is None:
+        return [it for it in paths if is_receiver(it) or is_wildcard(it)]
+    name = node.rpartition("/")[2]
+    found = [it for it in paths if matches(_with_name(it, name), node)]
+    return found or [it for it in paths if is_receiver(it) and not is_pattern(it)]
+
+
+def _with_name(path: str, name: str) -> str:
+    """The path as if the receiver's node, which may be renamed, had this name."""
+    return f"{path.rpartition('/')[0]}/{name}" if is_receiver(path) else path
+
+
+def is_receiver(path: str) -> bool:
+    """Returns True for the name of a receiver's node, whatever its namespaces."""
+    return path.rpartition("/")[2] in _NODE_NAMES
+
+
+def is_pattern(path: str) -> bool:
+    """Returns True if this path may stand for several nodes."""
+    return "*" in path
 
 
 def is_wildcard(path: str) -> bool:
@@ -160,20 +200,10 @@ class _Block:
     key: Node
     body: Node
 
-    @property
-    def is_own(self) -> bool:
-        return self.node.rpartition("/")[2] in _NODE_NAMES
-
-    @property
-    def is_for_all(self) -> bool:
-        return is_wildcard(self.node)
-
     def wrong(self, message: str) -> Problem:
         return _wrong(self.key, self.body, message)
 
     def entries(self) -> Iterator[Problem | tuple[str, Parameter]]:
-        if not is_for_node(self.node):
-            return
         if not isinstance(self.body, MappingNode) or not self.body.value:
             yield self.wrong(f"expected ros__parameters: under it, found {_text(self.body)}")
             return
@@ -184,7 +214,7 @@ class _Block:
                 yield _wrong(name, sections, f"expected sections under it, found {_text(sections)}")
             else:
                 for of_section, parameter in _sections(sections):
-                    yield of_section, replace(parameter, is_for_all=self.is_for_all)
+                    yield of_section, replace(parameter, is_for_all=is_wildcard(self.node))
 
 
 def _blocks(root: MappingNode, namespace: str) -> Iterator[_Block]:
@@ -192,7 +222,7 @@ def _blocks(root: MappingNode, namespace: str) -> Iterator[_Block]:
     for key, body in root.value:
         node = f"{namespace}/{_name(key).removeprefix('/')}"
         is_namespace = (
-            not is_for_node(node)
+            not (is_receiver(node) or is_wildcard(node))
             and isinstance(body, MappingNode)
             and all(isinstance(it, MappingNode) for _, it in body.value)
             and not any(_name(it) == "ros__parameters" for it, _ in body.value)
