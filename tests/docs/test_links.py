@@ -65,17 +65,52 @@ _DEFINITIONS = {
 }
 
 
+# Comments, strings that stand alone, and names that a file only imports, which call nothing.
+_NO_CODE = re.compile(
+    r'^\s*(?://|#|/?\*|import\b|from\b).*$|\s//.*$|\s+# .*$|(?s:""".*?""")', re.MULTILINE
+)
+_TESTS = re.compile(r"(^|/)(tests?|android-test|Tests)(/|$)")
+
+
+def walked() -> list[tuple[str, str]]:
+    """The file and the function of each step of the walkthroughs."""
+    places: list[tuple[str, str]] = _PLACE.findall((ROOT / "docs/walkthroughs.md").read_text())
+    assert len(places) > 50
+    return places
+
+
+def definition(file: str, name: str) -> re.Pattern[str]:
+    pattern = _DEFINITIONS[Path(file).suffix].replace("NAME", re.escape(name))
+    return re.compile(pattern, re.MULTILINE)
+
+
 def test_every_function_of_a_walkthrough_is_defined_where_it_says() -> None:
     sources = {f"/{file.relative_to(ROOT)}": file for file in files()}
-    places = _PLACE.findall((ROOT / "docs" / "walkthroughs.md").read_text())
-    assert len(places) > 50
     missing = []
-    for file, name in places:
-        definition = _DEFINITIONS[Path(file).suffix].replace("NAME", re.escape(name))
+    for file, name in walked():
         found = [it for path, it in sources.items() if path.endswith(f"/{file}")]
-        if not any(re.search(definition, it.read_text(), re.MULTILINE) for it in found):
+        if not any(definition(file, name).search(it.read_text()) for it in found):
             missing.append(f"`{file}:{name}`")
     assert not missing, "\n".join(missing)
+
+
+def test_every_function_of_a_walkthrough_is_called_by_what_ships() -> None:
+    """An override is called by what declares it, such as Android."""
+    code = [
+        (file.suffix, _NO_CODE.sub("", file.read_text()))
+        for file in files()
+        if file.suffix in _DEFINITIONS and not _TESTS.search(str(file.relative_to(ROOT)))
+    ]
+    unused = []
+    for file, name in walked():
+        suffixes = (".c", ".h") if file.endswith((".c", ".h")) else (Path(file).suffix,)
+        of_language = [text for suffix, text in code if suffix in suffixes]
+        uses = sum(len(re.findall(rf"\b{re.escape(name)}\b", text)) for text in of_language)
+        uses -= sum(len(definition(file, name).findall(text)) for text in of_language)
+        is_override = any(f"override fun {name}(" in text for text in of_language)
+        if not uses and not is_override:
+            unused.append(f"`{file}:{name}`")
+    assert not unused, "\n".join(unused)
 
 
 def test_lines_that_a_document_shows_of_a_file_are_in_it() -> None:

@@ -1,1 +1,1 @@
-"""The stream table, and what the user asks for."""
+"""What the user asks for: the file, its rules, and the streams that follow from it."""

@@ -1,1 +1,1 @@
-"""Recordings: MCAP files in rosbag2 folders, written straight from payloads and read back."""
+"""Recordings: MCAP files in rosbag2 folders, written straight from payloads."""

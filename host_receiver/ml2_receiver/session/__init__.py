@@ -1,1 +1,1 @@
-"""The protocol session of one headset, from HELLO to BYE."""
+"""The sessions of headsets, from HELLO to BYE, and the interface of sinks."""

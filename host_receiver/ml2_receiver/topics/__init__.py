@@ -1,1 +1,1 @@
-"""The interface of sinks, sinks in front of others, and the receiver's own topics."""
+"""Sinks in front of others, whether streams deliver, and the receiver's own topics."""
