@@ -4,8 +4,10 @@ The router is a session of eclipse-zenoh in mode `router`, in a process of its o
 the whole publishing process. `unsubscribed` has no subscriber, `shared` one behind a router on this
 machine by shared memory, `tcp` the same without shared memory. `rclpy_cpu_ms_per_mb` has the same
 payloads by rclpy's raw publish. Images come 100 times per second, small messages 2000 times. The
-longest put is that of 300 images of 1 MB while the subscriber, or the router, stands still. The
-thin link is a token bucket of 20 Mbit/s, which images fill; it needs root.
+longest put is that of 300 images of 1 MB while the subscriber, or the router, stands still. `busy`
+has the time of a put while four cameras send raw images through TCP, two of them through the sink
+and two by Zenoh's binding alone: what both have is of Zenoh, or of a machine that is busy. The thin
+link is a token bucket of 20 Mbit/s, which images fill; it needs root.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -26,6 +29,7 @@ from typing import Any
 import zenoh
 
 from ml2_receiver.session.sink import Publish
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Qos
 from ml2_receiver.zenoh.configuration import session_configuration
 from ml2_receiver.zenoh.names import TopicName
@@ -37,6 +41,7 @@ from zenoh_roles import IMAGE, IMAGE_BYTES, IMU, IMU_BYTES, sink_of
 
 _ROLES = Path(__file__).with_name("zenoh_roles.py")
 _PERIOD_S, _SMALL_PERIOD_S = 0.01, 0.0005
+_IMAGE_PERIOD_S = 1 / 30
 _MOST_S = 120
 _MEGABYTES = IMAGE_BYTES / 1e6
 _WITHOUT_SHARED_MEMORY = {"transport": {"shared_memory": {"enabled": False}}}
@@ -47,6 +52,7 @@ _THIN_MBIT = 20
 
 def main(results_file: Path, count: int, duration_s: float) -> None:
     results = costs(count) | {"longest_put_ms": {it: longest_ms(it) for it in ("read", "route")}}
+    results["busy"] = busy(duration_s)
     reason = why_not()
     results["thin_link"] = thin_link(duration_s) if reason is None else {"not_measured": reason}
     results["load_average"] = os.getloadavg()[0]
@@ -98,11 +104,13 @@ def publishers(
             yield image, imu, put, {"route": router, "read": reader}
 
 
-def bare_put(session: zenoh.Session) -> Publish:
+def bare_put(
+    session: zenoh.Session, name: str = "bare", priority: zenoh.Priority = zenoh.Priority.REAL_TIME
+) -> Publish:
     publisher = session.declare_publisher(
-        TopicName("/m/bare", IMU.type, Qos(10)).key(0),
+        TopicName(f"/m/{name}", IMU.type, Qos(10)).key(0),
         congestion_control=zenoh.CongestionControl.DROP,
-        priority=zenoh.Priority.REAL_TIME,
+        priority=priority,
         reliability=zenoh.Reliability.RELIABLE,
     )
     return lambda payload: publisher.put(payload, attachment=bytes(33))
@@ -186,6 +194,45 @@ def _elapsed_s(act: Callable[[], None]) -> float:
     began_s = time.perf_counter()
     act()
     return time.perf_counter() - began_s
+
+
+def busy(duration_s: float) -> dict[str, Any]:
+    endpoint, streams, low = free_endpoint(), load_table().streams, zenoh.Priority.DATA_LOW
+    with (
+        role("route", endpoint),
+        configuration(_WITHOUT_SHARED_MEMORY) as file,
+        zenoh.open(session_configuration(endpoint, file)) as session,
+        role("read", endpoint),
+    ):
+        sink = sink_of(session)
+        ours = [sink.open(streams[it].topics[0]) for it in ("world_left", "world_right")]
+        bare = [bare_put(session, it, low) for it in ("one", "other")]
+        await_true(lambda: all(sink.demand().values()))
+        puts = {"sink": ours, "bare": bare}
+        with ThreadPoolExecutor() as pool:
+            asked = {
+                name: [pool.submit(_elapsed_each_s, it, duration_s) for it in them]
+                for name, them in puts.items()
+            }
+        found = {
+            name: sorted(s for it in them for s in it.result()) for name, them in asked.items()
+        }
+    return {
+        name: {
+            "put_p50_ms": statistics.median(it) * 1e3,
+            "put_p99_ms": it[len(it) * 99 // 100] * 1e3,
+        }
+        for name, it in found.items()
+    } | {"load_average": os.getloadavg()[0]}
+
+
+def _elapsed_each_s(publish: Publish, duration_s: float) -> list[float]:
+    payload, found = bytearray(IMAGE_BYTES), []
+    end_s = time.monotonic() + duration_s
+    while time.monotonic() < end_s:
+        found.append(_elapsed_s(lambda: publish(payload)))
+        time.sleep(_IMAGE_PERIOD_S)
+    return found
 
 
 def thin_link(duration_s: float) -> dict[str, float]:
