@@ -7,7 +7,7 @@ from typing import Any
 
 from fake_sink import FakeSink
 from ml2_receiver.errors import ProtocolError, PublishError
-from ml2_receiver.session.actions import Close, Ending, Log, Open, Send
+from ml2_receiver.session.actions import Close, Ending, Log, Open, Send, SessionEnded
 from ml2_receiver.session.connection import Connection
 from ml2_receiver.session.event_limit import event_limits
 from ml2_receiver.session.host import Host
@@ -112,7 +112,7 @@ class Scene:
                         self.host.topic_refused(action, str(refusal), self.now_s)
                 case Applied() as applied:
                     self.sink.configured(applied)
-                case Report() as report:
+                case SessionEnded(report):
                     self.sink.session_ended(report)
                 case Log(text, cause):
                     self._limits[cause].say(text)

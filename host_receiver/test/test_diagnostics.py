@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from diagnostics_scene import MS, SENT_ALL, Watch
+from ml2_receiver.session.link_tests import LinkTestResult
 from ml2_receiver.session.report import State
-from ml2_receiver.session.throughput import Throughput
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.diagnostics import Level, Row
 from ml2_receiver.wire.frame import MAGIC, VERSION, Header
@@ -245,10 +245,10 @@ def test_a_topic_of_another_format_is_not_expected(
 @pytest.mark.parametrize(
     ("link", "level", "values"),
     [
-        (Throughput(1, "running"), Level.OK, {}),
-        (Throughput(2, "unanswered"), Level.WARN, {}),
+        (LinkTestResult(1, "running"), Level.OK, {}),
+        (LinkTestResult(2, "unanswered"), Level.WARN, {}),
         (
-            Throughput(3, "measured", 67_108_864, 1.25, 412.345, 250.0),
+            LinkTestResult(3, "measured", 67_108_864, 1.25, 412.345, 250.0),
             Level.OK,
             {
                 "filler_bytes": "67108864",
@@ -260,9 +260,9 @@ def test_a_topic_of_another_format_is_not_expected(
     ],
 )
 def test_a_link_test_has_a_row(
-    watch: Watch, link: Throughput, level: Level, values: dict[str, str]
+    watch: Watch, link: LinkTestResult, level: Level, values: dict[str, str]
 ) -> None:
     assert watch.named("link", watch.report()) == []
-    (row,) = watch.named("link", watch.report(link=link))
+    (row,) = watch.named("link", watch.report(link_test=link))
     assert row.level == level
     assert row.values == {"state": link.state, "tests": str(link.number)} | values

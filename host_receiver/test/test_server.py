@@ -247,9 +247,9 @@ def test_what_the_link_carries_is_measured_beside_the_streams(
         device.fill(0)
         device.leave()
     report = sink.await_report()
-    assert report.link is not None
-    assert (report.link.state, report.link.filler_bytes) == ("measured", 100 << 16)
-    assert report.link.free_mbit_per_s > report.link.streams_mbit_per_s > 0
+    assert report.link_test is not None
+    assert (report.link_test.state, report.link_test.filler_bytes) == ("measured", 100 << 16)
+    assert report.link_test.free_mbit_per_s > report.link_test.streams_mbit_per_s > 0
     counts = {row.topic.name: row.statistics for row in report.topics}
     assert (counts[IMAGE].received, counts[IMAGE].gaps) == (100, 0)
     assert (report.state, report.is_final, report.skipped_frames) == (State.ENDED, True, 0)

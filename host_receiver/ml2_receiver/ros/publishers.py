@@ -84,7 +84,7 @@ class Publishers:
 
 
 def create_publisher(
-    node: Node, name: str, type: str, qos: Qos, matched: Callable[[], None] | None = None
+    node: Node, name: str, type: str, qos: Qos, demand_changed: Callable[[], None] | None = None
 ) -> Publisher:
     """RELIABLE and KEEP_LAST, unless the user's qos_overrides parameters say otherwise."""
     return node.create_publisher(
@@ -96,6 +96,8 @@ def create_publisher(
             reliability=ReliabilityPolicy.RELIABLE,
             durability=DurabilityPolicy[qos.durability.upper()],
         ),
-        event_callbacks=PublisherEventCallbacks(matched=matched and (lambda _: matched())),
+        event_callbacks=PublisherEventCallbacks(
+            matched=demand_changed and (lambda _: demand_changed())
+        ),
         qos_overriding_options=OVERRIDABLE,
     )

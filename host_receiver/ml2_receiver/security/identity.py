@@ -1,5 +1,6 @@
 """The identity of this receiver: a key, and a certificate that devices know by fingerprint."""
 
+import hashlib
 import ssl
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -12,13 +13,17 @@ from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 
 from ..errors import KeysError
-from .fingerprint import fingerprint
 from .folder import REMOVE_HINT, locked, write
 
 # A headset's date may be wrong. RFC 5280, 4.1.2.5, defines the second date as "no expiration".
 _NOT_BEFORE = datetime(2000, 1, 1, tzinfo=UTC)
 _NOT_AFTER = datetime(9999, 12, 31, 23, 59, 59, tzinfo=UTC)
 _OTHERS = 0o077
+
+
+def fingerprint(certificate: bytes) -> str:
+    """Returns the SHA-256 of a DER certificate, as 64 lower-case hexadecimal digits."""
+    return hashlib.sha256(certificate).hexdigest()
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ..errors import KeysError, PairingError, file_hint
-from .fingerprint import fingerprint
 from .folder import REMOVE_HINT, locked, write
+from .identity import fingerprint
 
 _SUFFIX = ".json"
 

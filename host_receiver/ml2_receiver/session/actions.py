@@ -1,4 +1,4 @@
-"""The actions that the state machines request; Applied and Report are for the sink."""
+"""The actions that the state machines request."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -58,6 +58,13 @@ class Open:
 
 
 @dataclass(frozen=True)
+class SessionEnded:
+    """Tell the sink that a session has ended, with its last report."""
+
+    report: Report
+
+
+@dataclass(frozen=True)
 class Log:
     """Log a line for the user."""
 
@@ -65,7 +72,7 @@ class Log:
     cause: Cause
 
 
-type Action = Send | Close | Open | Applied | Report | Log
+type Action = Send | Close | Open | Applied | SessionEnded | Log
 type Act = Callable[[Action], None]
 
 

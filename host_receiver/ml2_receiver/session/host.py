@@ -7,7 +7,7 @@ from ..errors import ErrorCode, LinkTestError, ProtocolError
 from ..wire.frame import VERSION, Frame
 from ..wire.kinds import Kind
 from ..wire.messages import Bye, Hello, Join
-from .actions import Action, Close, Ending, Log, Open, Send, close, error_body
+from .actions import Action, Close, Ending, Log, Open, Send, SessionEnded, close, error_body
 from .connection import Connection
 from .event_limit import OncePerAddress
 from .report import State
@@ -112,7 +112,7 @@ class Host:
             if not self._is_reported:
                 self._is_reported = True
                 self._busy.renew()
-                self._act(self.session.report(now_s))
+                self._act(SessionEnded(self.session.report(now_s)))
         if self._successor is not None:
             self._begin(*self._successor, now_s)
 

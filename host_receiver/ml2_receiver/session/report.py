@@ -6,8 +6,8 @@ from enum import Enum
 
 from ..table.stream_table import Topic
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus, Thermal
+from .link_tests import LinkTestResult
 from .statistics import TopicStatistics
-from .throughput import Throughput
 
 
 class State(Enum):
@@ -40,7 +40,7 @@ class Report:
         is_final: True after the last STATUS.
         software: from HELLO, as are `capabilities` (the headset's streams) and `permissions`.
         answers: the headset's last answer for each stream.
-        link: the last link test; None before the first one.
+        link_test: the last link test; None before the first one.
         thermal: from the last STATUS; None if the headset does not report it.
         streams: the state of each stream.
     """
@@ -56,6 +56,6 @@ class Report:
     capabilities: Sequence[str] = ()
     permissions: Mapping[str, bool] = field(default_factory=dict)
     answers: Mapping[str, StreamAnswer] = field(default_factory=dict)
-    link: Throughput | None = None
+    link_test: LinkTestResult | None = None
     thermal: Thermal | None = None
     streams: Mapping[str, StreamStatus] = field(default_factory=dict)

@@ -13,7 +13,7 @@ from ..wire.frame import Frame
 from ..wire.kinds import Kind
 from ..wire.messages import Link
 from .acceptor import Acceptor
-from .actions import Action, Close, Log, Open, Send
+from .actions import Action, Close, Log, Open, Send, SessionEnded
 from .address_limits import AddressLimits
 from .connection import Connection
 from .connection_io import ConnectionIO
@@ -71,7 +71,7 @@ class Server:
         self._log_limits = event_limits(sink.event, time.monotonic)
         self._linger_s = settings.limits.linger_s
         self._steps = Steps(self._host, self._act)
-        self._links: dict[Connection, ConnectionIO] = {}
+        self._connections: dict[Connection, ConnectionIO] = {}
         self._readers: list[threading.Thread] = []
         self._wake = threading.Event()  # the ticker
         self._is_stopping = False
@@ -136,7 +136,7 @@ class Server:
 
     def report(self) -> Report | None:
         """Returns a snapshot of the current or else the last session; None before the first."""
-        with self._steps.state:
+        with self._steps.host_lock:
             return self._host.session.report(time.monotonic()) if self._host.session else None
 
     def stop(self) -> None:
@@ -147,8 +147,8 @@ class Server:
         with self._steps.step():
             self._host.stop()
         self._join(time.monotonic() + _STOP_S)
-        for link in list(self._links.values()):
-            link.abort()
+        for io in list(self._connections.values()):
+            io.abort()
         self._join(time.monotonic() + _STOP_S)
         self._acceptor.close()
 
@@ -166,11 +166,11 @@ class Server:
             transport = self._access.transport(accepted)
         except OSError:  # the peer has disconnected already
             return False
-        link = ConnectionIO(transport, Connection(host, port, time.monotonic()))
-        reader = threading.Thread(target=self._read, args=[link], daemon=True)
-        self._links[link.connection] = link
+        io = ConnectionIO(transport, Connection(host, port, time.monotonic()))
+        reader = threading.Thread(target=self._read, args=[io], daemon=True)
+        self._connections[io.connection] = io
         self._address_limits.opened(host)
-        self._host.opened(link.connection)
+        self._host.opened(io.connection)
         reader.start()
         self._readers = [it for it in self._readers if it.is_alive()] + [reader]
         return True
@@ -190,10 +190,10 @@ class Server:
             self._steps.guarded(self._refresh)
             self._steps.guarded(lambda: self._host.tick(time.monotonic()))
             self._steps.guarded(lambda: self._request(time.monotonic()))
-            with self._steps.acting:
-                for link in list(self._links.values()):
-                    if time.monotonic() > link.abort_s:
-                        link.abort()
+            with self._steps.output_lock:
+                for io in list(self._connections.values()):
+                    if time.monotonic() > io.abort_s:
+                        io.abort()
             self._wake.wait(_TICK_S)
             self._wake.clear()
 
@@ -208,27 +208,28 @@ class Server:
         idle = self._demand.idle_streams(now_s) if self._is_lazy else ()
         self._host.update(replace(self._desired, idle=idle), now_s)
 
-    def _read(self, link: ConnectionIO) -> None:
+    def _read(self, io: ConnectionIO) -> None:
         fault: str | None = "the receiver failed"
         try:
-            if self._handshake(link):
-                self._receive(link)
-            fault = None if link.parser.is_between_frames else "ended inside a frame"
+            if self._handshake(io):
+                self._receive(io)
+            fault = None if io.parser.is_between_frames else "ended inside a frame"
         except OSError as error:
             fault = error.strerror or str(error)
         finally:
-            with self._steps.acting:  # so that nothing is written to the next socket of this number
-                link.transport.close()
-                del self._links[link.connection]
+            # Else the next socket of this number could be written to
+            with self._steps.output_lock:
+                io.transport.close()
+                del self._connections[io.connection]
             with self._steps.step() as now_s:
-                self._address_limits.closed(link.connection.host)
-                self._host.closed(link.connection, fault, now_s)
+                self._address_limits.closed(io.connection.host)
+                self._host.closed(io.connection, fault, now_s)
 
-    def _handshake(self, link: ConnectionIO) -> bool:
+    def _handshake(self, io: ConnectionIO) -> bool:
         """Returns True if the handshake succeeded; closes the connection of unpaired peers."""
-        connection = link.connection
+        connection = io.connection
         try:
-            peer = link.transport.handshake()
+            peer = io.transport.handshake()
             with self._steps.step():
                 connection.peer = peer
                 # It may be unpaired since the handshake began, or signed by a paired device's key
@@ -240,50 +241,50 @@ class Server:
             with self._steps.step():
                 self._address_limits.failed(connection.host)
                 self._host.failed(connection, error)
-            link.transport.discard()
+            io.transport.discard()
             return False
 
-    def _receive(self, link: ConnectionIO) -> None:
+    def _receive(self, io: ConnectionIO) -> None:
         try:
-            for frame, received_ns in link.frames():
-                self._dispatch(link, frame, received_ns)
+            for frame, received_ns in io.frames():
+                self._dispatch(io, frame, received_ns)
         except ProtocolError as error:
             with self._steps.step():
-                self._host.failed(link.connection, error)
-            link.transport.discard()
+                self._host.failed(io.connection, error)
+            io.transport.discard()
 
-    def _dispatch(self, link: ConnectionIO, frame: Frame, received_ns: int) -> None:
+    def _dispatch(self, io: ConnectionIO, frame: Frame, received_ns: int) -> None:
         header = frame.header
         if header.kind == Kind.DATA:
-            route = link.connection.routes.get(header.channel)
+            route = io.connection.routes.get(header.channel)
             if route is None:
-                with self._steps.state:
-                    raise self._host.refusal(link.connection, header.channel)
+                with self._steps.host_lock:
+                    raise self._host.refusal(io.connection, header.channel)
             route.receive(frame, received_ns, time.time_ns())
         elif header.kind == Kind.TIME_REQUEST:
-            link.answer_time(frame, received_ns)
+            io.answer_time(frame, received_ns)
         else:
             with self._update() as now_s:
-                self._host.received(link.connection, frame, now_s)
+                self._host.received(io.connection, frame, now_s)
 
     def _act(self, action: Action) -> None:
         match action:
             case Send(connection, kind, body):
-                if (link := self._links.get(connection)) is not None:
-                    link.send(kind, body)
+                if (io := self._connections.get(connection)) is not None:
+                    io.send(kind, body)
             case Close(connection, ending):
-                if (link := self._links.get(connection)) is not None:
-                    link.end(ending, self._linger_s)
+                if (io := self._connections.get(connection)) is not None:
+                    io.end(ending, self._linger_s)
             case Open(topic=topic, route=route):
                 try:
                     route.publish = self._sink.open(topic)
                 except PublishError as refusal:
-                    with self._steps.state:
+                    with self._steps.host_lock:
                         self._host.topic_refused(action, str(refusal), time.monotonic())
             case Applied():
                 self._sink.configured(action)
-            case Report():
-                self._sink.session_ended(action)
+            case SessionEnded(report):
+                self._sink.session_ended(report)
             case Log(text, cause):
                 self._log_limits[cause].say(text)
 

@@ -23,13 +23,13 @@ from ..wire.messages import (
 )
 from .actions import Act, Ending, Log, Open, Send, close, error_body
 from .connection import Connection, Route
+from .link_tests import LinkTests
 from .report import Report, State, TopicReport
 from .settings import ReceiverSettings
 from .sink import Applied, refuse
 from .statistics import Instance, TopicStatistics
 from .stream_state import changes_in_words, stream_states
 from .streams import DesiredStreams, Streams
-from .throughput import LinkTrial
 from .tickets import Tickets, new_token
 
 
@@ -59,7 +59,7 @@ class Session:
         self.state = State.CONNECTED
         self.streams = Streams(settings.table, instance.custom, settings.frame_prefix)
         self.instance = instance
-        self.link = LinkTrial(instance.received_bytes)
+        self.link_tests = LinkTests(instance.received_bytes)
         self.status: Status | None = None
         self.skipped_frames = 0
         self._settings, self._act = settings, act
@@ -75,7 +75,7 @@ class Session:
             Kind.CHANNEL_END: lambda body, _: self.streams.end(ChannelEnd.parse(body)),
             Kind.CONFIGURED: lambda body, _: self._configured(Configured.parse(body)),
             Kind.STATUS: lambda body, _: self._status(Status.parse(body)),
-            Kind.FILLER: lambda body, now_s: self.link.filled(len(body), now_s),
+            Kind.FILLER: lambda body, now_s: self.link_tests.filled(len(body), now_s),
             Kind.PING: lambda _, now_s: self._send(Kind.PONG, None, now_s),
             Kind.PONG: lambda *_: None,
             Kind.EVENT: lambda body, _: self._log(Event.parse(body).text_and_age),
@@ -183,7 +183,7 @@ class Session:
         """
         if self.state is not State.CONNECTED or not self._is_complete:
             raise LinkTestError("no headset is connected")
-        self._send(Kind.LINK_TEST, self.link.ask(now_s), now_s)
+        self._send(Kind.LINK_TEST, self.link_tests.ask(now_s), now_s)
 
     def _status(self, status: Status) -> None:
         known, before = self._reported, self._stream_states()
@@ -275,7 +275,7 @@ class Session:
             capabilities=self.hello.capabilities.streams,
             permissions=self.hello.permissions,
             answers=self.streams.answers,
-            link=self.link.report(now_s),
+            link_test=self.link_tests.report(now_s),
             thermal=status.thermal if status else None,
             streams=self._stream_states(),
             topics=[self._topic_report(*topic) for topic in self.instance.topics.items()],

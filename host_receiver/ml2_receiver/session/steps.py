@@ -15,23 +15,23 @@ class Steps:
     Actions are performed under another lock, in the order in which all threads have caused them.
 
     Args:
-        perform: performs one action; not called under `state`.
+        perform: performs one action; not called under `host_lock`.
 
     Attributes:
-        state: the lock of the Host. May be taken under `acting`, never the other way round.
-        acting: the lock of the sink, and of what is sent.
+        host_lock: that of the Host. May be taken under `output_lock`, never the other way round.
+        output_lock: held while the sink is called, and while something is sent.
     """
 
     def __init__(self, host: Host, perform: Callable[[Action], None]) -> None:
-        self.state, self.acting = threading.Lock(), threading.Lock()
+        self.host_lock, self.output_lock = threading.Lock(), threading.Lock()
         self._host, self._perform = host, perform
 
     @contextmanager
     def step(self) -> Iterator[float]:
         """Enters the lock of the Host at a time in s, then performs its actions."""
-        with self.state:
+        with self.host_lock:
             yield time.monotonic()
-        with self.acting:
+        with self.output_lock:
             while self._host.actions:
                 try:
                     self._perform(self._host.actions.popleft())

@@ -7,10 +7,10 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from ..session.link_tests import LinkTestResult
 from ..session.report import Report, State, TopicReport
 from ..session.statistics import SHARES, TopicStatistics
 from ..session.stream_state import Judgement, in_words
-from ..session.throughput import Throughput
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
 from .adaptation import ADAPTATION, adaptation_message, adaptation_values
 from .judgement import Judge, expected_hz, judgement_values
@@ -70,7 +70,7 @@ class Diagnostics:
         if report is None:
             return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
         clock = [] if report.clock is None else [_clock(report.clock)]
-        link = [] if report.link is None else [_link(report.link)]
+        link = [] if report.link_test is None else [_link(report.link_test)]
         adaptation = [_adaptation(report.streams)] if report.state is State.CONNECTED else []
         judgements = self._judge.judge(report, now_s)
         topics = [
@@ -219,18 +219,18 @@ def _clock(clock: ClockStatus) -> Row:
     return Row("clock", level, message, values)
 
 
-def _link(link: Throughput) -> Row:
-    values = {"state": link.state, "tests": str(link.number)}
-    if link.state != "measured":
-        level = Level.OK if link.state == "running" else Level.WARN
-        return Row("link", level, f"link test: {link.state}", values)
+def _link(test: LinkTestResult) -> Row:
+    values = {"state": test.state, "tests": str(test.number)}
+    if test.state != "measured":
+        level = Level.OK if test.state == "running" else Level.WARN
+        return Row("link", level, f"link test: {test.state}", values)
     values |= {
-        "filler_bytes": str(link.filler_bytes),
-        "duration_s": f"{link.duration_s:.3f}",
-        "free_mbit_per_s": f"{link.free_mbit_per_s:.2f}",
-        "streams_mbit_per_s": f"{link.streams_mbit_per_s:.2f}",
+        "filler_bytes": str(test.filler_bytes),
+        "duration_s": f"{test.duration_s:.3f}",
+        "free_mbit_per_s": f"{test.free_mbit_per_s:.2f}",
+        "streams_mbit_per_s": f"{test.streams_mbit_per_s:.2f}",
     }
-    free, streams = link.free_mbit_per_s, link.streams_mbit_per_s
+    free, streams = test.free_mbit_per_s, test.streams_mbit_per_s
     message = f"{free:.0f} Mbit/s were free besides {streams:.0f} of the streams"
     return Row("link", Level.OK, message, values)
 

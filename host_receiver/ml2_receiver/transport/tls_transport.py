@@ -8,7 +8,7 @@ from contextlib import suppress
 
 from ..errors import ErrorCode, ProtocolError
 from ..security.contexts import ALPN
-from ..security.fingerprint import fingerprint
+from ..security.identity import fingerprint
 from ..wire.frame import MAGIC
 from .transport import mark_urgent
 

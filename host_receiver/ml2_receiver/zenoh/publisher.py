@@ -21,8 +21,8 @@ class ZenohPublisher:
     Args:
         number: of the publisher within its session, from 1.
         priority: which messages go first where a link is slow.
-        matched: called by a thread of Zenoh when the first subscriber has come, or the last gone;
-            returns at once.
+        demand_changed: called by a thread of Zenoh when the first subscriber has come, or the last
+            gone; returns at once.
 
     Raises:
         PublishError: Zenoh does not take the name.
@@ -35,7 +35,7 @@ class ZenohPublisher:
         number: int,
         topic: TopicName,
         priority: zenoh.Priority,
-        matched: Callable[[], None],
+        demand_changed: Callable[[], None],
     ) -> None:
         self.published = 0
         self._lock = threading.Lock()  # Zenoh undeclares no publisher that is publishing
@@ -51,7 +51,7 @@ class ZenohPublisher:
                 )
             else:
                 self._publisher = _volatile(session, key, priority)
-                self._follow(self._publisher, matched)
+                self._watch_subscribers(self._publisher, demand_changed)
             self._token = session.liveliness().declare_token(token)
         except zenoh.ZError as error:
             raise PublishError(f"{topic.name} is not published on Zenoh: {error}") from error
@@ -89,10 +89,12 @@ class ZenohPublisher:
                 self._token.undeclare()
                 self._publisher.undeclare()  # type: ignore[no-untyped-call]
 
-    def _follow(self, publisher: zenoh.Publisher, matched: Callable[[], None]) -> None:
+    def _watch_subscribers(
+        self, publisher: zenoh.Publisher, demand_changed: Callable[[], None]
+    ) -> None:
         def changed(status: zenoh.MatchingStatus) -> None:
             (self._has_subscriber.set if status.matching else self._has_subscriber.clear)()
-            matched()
+            demand_changed()
 
         # Direct, since otherwise Zenoh's binding starts a thread for each topic
         publisher.declare_matching_listener(zenoh.handlers.Callback(changed, indirect=False))

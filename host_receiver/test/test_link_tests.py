@@ -3,7 +3,7 @@
 import pytest
 
 from ml2_receiver.errors import LinkTestError
-from ml2_receiver.session.throughput import Throughput
+from ml2_receiver.session.link_tests import LinkTestResult
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import MAX_LINK_TEST_BYTES, Bye, LinkTest
 from scene import Scene, started
@@ -22,8 +22,8 @@ def fill(scene: Scene, body: bytes) -> None:
     scene.receive(scene.lanes["link_test"], Kind.FILLER, body)
 
 
-def measured(scene: Scene) -> Throughput:
-    found = scene.report().link
+def measured(scene: Scene) -> LinkTestResult:
+    found = scene.report().link_test
     assert found is not None
     return found
 
@@ -65,7 +65,7 @@ def test_what_the_streams_get_meanwhile_is_told_and_no_filler_is_in_their_books(
 def test_an_end_without_filler_is_no_rate(scene: Scene) -> None:
     scene.test_link()
     fill(scene, b"")
-    assert measured(scene) == Throughput(1, "measured")
+    assert measured(scene) == LinkTestResult(1, "measured")
 
 
 def test_tests_follow_on_each_other_but_not_at_once(scene: Scene) -> None:

@@ -13,8 +13,8 @@ type LinkTestState = Literal["running", "measured", "unanswered"]
 
 
 @dataclass(frozen=True)
-class Throughput:
-    """A link test; `number` counts the tests of a session from 1.
+class LinkTestResult:
+    """The result of a link test; `number` counts the tests of a session from 1.
 
     The other fields are 0 until `state` is "measured". `filler_bytes` is all filler that arrived.
     `free_mbit_per_s` is the rate of the filler in the `duration_s` between its first and its last
@@ -36,7 +36,7 @@ class _Sample:
     stream_bytes: int
 
 
-class LinkTrial:
+class LinkTests:
     """The link tests of one session, one at a time; `now_s` is monotonic time. Not thread-safe.
 
     Args:
@@ -96,16 +96,16 @@ class LinkTrial:
             return "measured"
         return "running" if now_s - self._asked_s <= _TIMEOUT_S else "unanswered"
 
-    def report(self, now_s: float) -> Throughput | None:
+    def report(self, now_s: float) -> LinkTestResult | None:
         """Returns the last test, or None before the first one."""
         if not self._number:
             return None
         first, last = self._first, self._last
         if first is None or last is None:
-            return Throughput(self._number, self._state(now_s))
+            return LinkTestResult(self._number, self._state(now_s))
         duration_s = last.time_s - first.time_s
         per_second = 8e-6 / duration_s if duration_s > 0 else 0.0
-        return Throughput(
+        return LinkTestResult(
             self._number,
             "measured",
             last.filler_bytes,
