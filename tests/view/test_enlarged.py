@@ -7,8 +7,7 @@ import re
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from images import await_images
-from test_page import REPORTS
+from images import REPORTS, await_images
 
 
 @pytest.fixture

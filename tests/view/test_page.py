@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
 from typing import NoReturn
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 import bag_scene
-from images import await_images
+from images import REPORTS, await_images, keep_screens
 from lab import IMAGES, Lab, new_page
 from ml2_tools.viewing import newest_image
 from view_scene import ROWS, WORLD, serving
 
-REPORTS = Path(__file__).resolve().parents[2] / "build" / "reports"
 CONTROLS = """() => [...document.querySelectorAll(
   "a[href], button, input, select, summary, [tabindex]"
 )].filter((it) => it.checkVisibility())"""
@@ -50,6 +48,20 @@ def test_images_of_each_stream_come_and_change(page: Page) -> None:
         )
     REPORTS.mkdir(parents=True, exist_ok=True)
     page.screenshot(path=REPORTS / "view.png")
+
+
+def test_screens_live_and_paused_are_kept(browser: Browser, lab: Lab) -> None:
+    page = new_page(browser)
+    page.goto(lab.address)
+    await_images(page, "world_left")
+    await_images(page, "color")
+    keep_screens(page, "live")
+    bar = page.get_by_role("group", name="Time line")
+    bar.get_by_role("button", name="Pause").click()
+    bar.get_by_role("slider").press("PageDown")
+    expect(bar.get_by_role("status")).to_contain_text("paused")
+    keep_screens(page, "paused")
+    page.context.close()
 
 
 def test_plots_draw_values(page: Page) -> None:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from test_page import REPORTS
+from images import REPORTS
 
 _URI = re.compile(r"ml2s://\S+\?fp=[0-9a-f]{64}&token=[0-9a-f]{32}")
 

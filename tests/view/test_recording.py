@@ -11,10 +11,10 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 from rosbags.highlevel import AnyReader
 
-from images import await_images
+from images import REPORTS, await_images, keep_screens
 from lab import Lab, new_page
 from processes import RECEIVER, isolated_environment, line_with, process
-from test_page import CONTROLS, REPORTS
+from test_page import CONTROLS
 
 _LENGTH_S = 4
 _STREAMS = ("color", "depth", "world_left")
@@ -78,6 +78,7 @@ def test_the_panels_play(page: Page, walk: Path) -> None:
         expect(page.locator("#scene").get_by_role("list")).to_contain_text(name)
     expect(page.locator("#plots output").first).to_have_text(re.compile(r"x -?\d+\.\d+ y"))
     page.screenshot(path=REPORTS / "view_recording.png")
+    keep_screens(page, "played")
 
 
 def test_a_recording_has_no_controls_of_a_receiver(page: Page) -> None:

@@ -8,10 +8,11 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Illuminance, Joy
 
+import bag_scene
 from lab import new_page
 from view_scene import COUNTS, IMAGE, ROWS, WORLD, serving
 from view_scene import Page as Served
@@ -199,6 +200,9 @@ def test_on_a_narrow_screen_the_first_camera_is_in_the_first_screen(
     box = page.locator("[data-stream=world_left] canvas").bounding_box()
     assert box is not None
     assert box["y"] + box["height"] <= 844
+    scene = page.locator("#scene").bounding_box()
+    assert scene is not None
+    assert scene["y"] > box["y"]
     for element in ("document.documentElement", "document.querySelector('#streams')"):
         assert page.evaluate(f"{element}.scrollWidth") <= 390
 
@@ -211,3 +215,61 @@ def test_the_3d_view_follows_the_theme(page: Page) -> None:
     await_true(lambda: corner() > 200)
     page.emulate_media(color_scheme="dark")
     await_true(lambda: corner() < 50)
+
+
+def test_a_paused_page_looks_back_and_plays_until_it_is_live_again(
+    page: Page, served: Served
+) -> None:
+    pixels = "() => document.querySelector('[data-stream=world_left] canvas').toDataURL()"
+    differs = f"(them) => !them.includes(({pixels})())"
+    is_first = f"(first) => ({pixels})() === first"
+    seen = [page.evaluate(pixels)]
+    for number in (1, 2):
+        served.source.bring(WORLD, bag_scene.image(number))
+        page.wait_for_function(differs, arg=seen)
+        seen.append(page.evaluate(pixels))
+        # The page keeps at most 5 images per second.
+        page.wait_for_function("(then) => performance.now() > then + 250", arg=now_ms(page))
+    bar = page.get_by_role("group", name="Time line")
+    button, slider = bar.get_by_role("button"), bar.get_by_role("slider")
+    expect(bar.get_by_role("status")).to_have_text("live")
+    button.press("Enter")
+    expect(bar.get_by_role("status")).to_have_text(re.compile(r"^paused, 0\.0 s before · \d\d:"))
+    await_true(lambda: WORLD not in [it.topic for it in served.source.feeds])
+    await_true(lambda: step_back(slider) and page.evaluate(is_first, seen[1]))
+    expect(page.locator("#plots .axis")).to_contain_text(re.compile(r"cursor: \d.*pause"))
+    page.locator("[data-stream=world_left] canvas").click()
+    still = page.get_by_role("dialog", name="Image in full size")
+    expect(still).to_contain_text("paused")
+    page.keyboard.press("Escape")
+    button.press("Enter")
+    page.wait_for_function(is_first, arg=seen[2])
+    expect(bar.get_by_role("status")).to_have_text("live")
+    served.source.bring(WORLD, bag_scene.image(3))
+    page.wait_for_function(differs, arg=seen)
+
+
+def test_what_a_page_keeps_to_look_back_is_thinned_and_bounded(page: Page) -> None:
+    thinned, bounded = page.evaluate(
+        """async () => {
+          const { History } = await import("/history.js");
+          const history = new History({ image: () => {} }, () => {});
+          history.reset(true);
+          for (let i = 0; i < 100; i++) history.image("one", { size: 1e6 }, 0);
+          const thinned = history.bytes;
+          for (let i = 0; i < 200; i++) history.image(`many ${i}`, { size: 1e6 }, 0);
+          return [thinned, history.bytes];
+        }"""
+    )
+    # All of a name at once are one, unless the page stood still meanwhile.
+    assert thinned < 50e6
+    assert bounded == 64e6
+
+
+def now_ms(page: Page) -> float:
+    return float(page.evaluate("() => performance.now()"))
+
+
+def step_back(slider: Locator) -> bool:
+    slider.press("ArrowLeft")
+    return True

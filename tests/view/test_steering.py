@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 from rosbags.highlevel import AnyReader
 
-from images import await_images
+from images import await_images, keep_screens
 from lab import Lab
 from ml2_receiver.configuration.config import load_config
 from processes import RECEIVER
@@ -141,6 +141,7 @@ def test_a_recording_of_the_page_is_a_bag(page: Page, lab: Lab) -> None:
     expect(page.locator("#facts")).to_contain_text(re.compile(r"recordingrecording, [1-9]\d* s, "))
     expect(record).to_have_text(re.compile(r"^Stop recording \d:\d\d$"))
     expect(record).to_have_css("background-color", "rgb(179, 20, 31)")
+    keep_screens(page, "recording")
     record.click()
     expect(toolbar).to_contain_text("Stop recording: recorded into ")
     (folder,) = lab.folder.glob("ml2_*")

@@ -29,22 +29,28 @@ export class Enlarged {
     this.#canvas.addEventListener("keydown", (event) => this.#step(event));
   }
 
+  // An image of an earlier time has no values.
+  #isStill = false;
+
   // What this view asks the server for; null while it is closed.
   get wanted() {
     if (!this.#stream) return null;
     return document.hidden ? [] : [`full ${this.#stream}`];
   }
 
-  open(stream) {
+  // A `still` is the message that shall be shown instead of what comes.
+  open(stream, still) {
     this.#stream = stream;
+    this.#isStill = Boolean(still);
     this.#isAsked = false;
     setText(this.#name, stream.replaceAll("_", " "));
-    setText(this.#value, "");
+    setText(this.#value, still ? "paused, as small as it came: values are those of live images only" : "");
     this.#canvas.getContext("2d").reset();
     this.#scale.hidden = true;
     this.#dialog.showModal();
     this.#canvas.focus();
     this.#changed();
+    if (still) this.draw(...still);
   }
 
   close() {
@@ -79,12 +85,13 @@ export class Enlarged {
 
   #point(at) {
     this.#at = at;
+    if (this.#isStill) return;
     if (at) this.#askForValue();
     else setText(this.#value, "");
   }
 
   #askForValue() {
-    if (this.#isAsked || !this.#at) return;
+    if (this.#isAsked || !this.#at || this.#isStill) return;
     this.#isAsked = true;
     this.#ask({ pixel: this.#stream, at: this.#at });
   }

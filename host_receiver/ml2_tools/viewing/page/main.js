@@ -4,6 +4,7 @@ import { Configuration } from "./configuration.js";
 import { connect } from "./connection.js";
 import { Enlarged } from "./enlarged.js";
 import { Facts } from "./facts.js";
+import { History } from "./history.js";
 import { Pairing } from "./pairing.js";
 import { Plots } from "./plots.js";
 import { SceneView } from "./scene.js";
@@ -33,16 +34,25 @@ function say(text) {
   notice.hidden = !text;
 }
 
+const history = new History(
+  {
+    scene: (poses, trail) => scene.show(poses, trail),
+    cloud: (places) => scene.showCloud(places),
+    image: (stream, jpeg, farMetres) => streams.draw(stream, jpeg, farMetres),
+  },
+  (agoS) => {
+    plots.look(agoS);
+    askForShown();
+  },
+);
+
 function askForShown() {
-  // An image in full size covers all others.
-  const wanted = [...(enlarged.wanted ?? [...shown, ...scene.wanted]), ...(plots?.wanted ?? [])];
+  // An image in full size covers all others, and a paused page has what it shows.
+  const images = history.isPaused ? [] : (enlarged.wanted ?? [...shown, ...scene.wanted]);
+  const wanted = [...images, ...(plots?.wanted ?? [])];
   if (!connection.isOpen() || wanted.join() === asked) return;
   asked = wanted.join();
   connection.send({ show: wanted });
-}
-
-function shownBy(name, show) {
-  return name.startsWith(FULL) ? show(enlarged, name.slice(FULL.length)) : show(streams, name);
 }
 
 const connection = connect({
@@ -62,13 +72,14 @@ const connection = connect({
       shown = streams;
       askForShown();
     };
-    streams = new Streams(hello.images, showImages, (stream) => enlarged.open(stream));
+    streams = new Streams(hello.images, showImages, (stream) => enlarged.open(stream, history.shown(stream)));
     plots = new Plots(hello, askForShown, plots?.picked ?? []);
     const ask = (request) => connection.send(request);
     // Only a receiver is steered, and only a recording has a time line.
     for (const id of ["actions", "configuration"]) document.getElementById(id).hidden = Boolean(recording);
     if (recording) document.getElementById("nothing").textContent = "The recording has no images.";
     configuration = new Configuration(hello.controls ?? [], ask, changed);
+    history.reset(!recording);
     timeLine = recording ? new TimeLine(recording, ask) : null;
     actions.reset();
     askForShown();
@@ -83,8 +94,8 @@ const connection = connect({
     plots.offer(state.topics);
     configuration.showApplied(state.applied);
   },
-  scene: (poses) => scene.show(poses),
-  cloud: (places) => scene.showCloud(places),
+  scene: (poses) => history.scene(poses),
+  cloud: (places) => history.cloud(places),
   position(position) {
     if (timeLine.show(position)) scene.forgetTrail();
     plots.setClock(position.at_s, position.is_playing ? position.rate : 0);
@@ -97,9 +108,15 @@ const connection = connect({
     pairing.answer(answer);
     configuration.answer(answer);
   },
-  samples: (samples) => plots.add(samples),
-  image: (name, jpeg, farMetres) => shownBy(name, (it, stream) => it.draw(stream, jpeg, farMetres)),
-  brokenImage: (name, reason) => shownBy(name, (it, stream) => it.fail(stream, reason)),
+  samples: (samples) => history.isPaused || plots.add(samples),
+  image(name, jpeg, farMetres) {
+    if (name.startsWith(FULL)) return enlarged.draw(name.slice(FULL.length), jpeg, farMetres);
+    return history.image(name, jpeg, farMetres);
+  },
+  brokenImage(name, reason) {
+    if (name.startsWith(FULL)) enlarged.fail(name.slice(FULL.length), reason);
+    else if (!history.isPaused) streams.fail(name, reason);
+  },
   pixel: (pixel) => enlarged.pixel(pixel),
 });
 

@@ -21,6 +21,8 @@ export class Plots {
   #clock = { nowS: 0, rate: 1, sinceMs: 0 };
   // How long before now; null without a cursor.
   #cursorS = null;
+  // How long before now a paused page shows; null if it is live.
+  #lookedS = null;
   #timer;
   // The names of the picked fields: a topic, a space, and a field of it.
   picked = [];
@@ -77,6 +79,18 @@ export class Plots {
     this.#clock = { nowS, rate, sinceMs: performance.now() };
   }
 
+  // Stands still, with the cursor at what was so many seconds ago; null moves on.
+  look(agoS) {
+    if (this.#lookedS === null && agoS !== null) this.setClock(this.#nowS(), 0);
+    if (agoS === null) this.setClock(this.#nowS(), 1);
+    this.#lookedS = agoS;
+  }
+
+  #nowS() {
+    const { nowS, rate, sinceMs } = this.#clock;
+    return nowS + ((performance.now() - sinceMs) / 1000) * rate;
+  }
+
   #offerFields() {
     const [topic, field, button] = this.#picker.elements;
     const names = this.#fields[this.#topics[topic.value]] ?? [];
@@ -119,12 +133,12 @@ export class Plots {
 
   #draw() {
     if (document.hidden) return;
-    const { nowS: thenS, rate, sinceMs } = this.#clock;
-    const nowS = thenS + ((performance.now() - sinceMs) / 1000) * rate;
-    const cursorS = this.#cursorS === null ? null : nowS - this.#cursorS;
+    const nowS = this.#nowS();
+    const agoS = this.#cursorS ?? this.#lookedS;
+    const cursorS = agoS === null ? null : nowS - agoS;
     for (const plot of this.#plots.values()) plot.draw(nowS - this.#shownS, nowS, cursorS);
     const [begin, ...others] = this.#axis.children;
-    setText(begin, this.#cursorS === null ? `${this.#shownS} s ago` : `cursor: ${this.#cursorS.toFixed(1)} s ago`);
-    others.forEach((it, index) => setText(it, ["20", "10", "now"][index]));
+    setText(begin, agoS === null ? `${this.#shownS} s ago` : `cursor: ${agoS.toFixed(1)} s ago`);
+    others.forEach((it, index) => setText(it, ["20", "10", this.#lookedS === null ? "now" : "pause"][index]));
   }
 }

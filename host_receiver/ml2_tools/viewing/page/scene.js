@@ -65,8 +65,9 @@ export class SceneView {
     return this.#renderer && this.#isOn && this.#isInView && !document.hidden ? ["scene", "cloud"] : [];
   }
 
-  show(scene) {
-    this.#objects.show(scene);
+  // A `trail` is that of an earlier time, as places.
+  show(scene, trail) {
+    this.#objects.show(scene, trail);
     this.#showLegend();
     this.#head = scene.head;
     if (this.#head && !this.#isPlaced) {

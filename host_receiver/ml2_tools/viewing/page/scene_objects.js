@@ -55,8 +55,8 @@ export class SceneObjects {
     this.#grid.material.color.set(grid);
   }
 
-  show({ head, gaze, hands, cameras, frames }) {
-    this.#showHead(head);
+  show({ head, gaze, hands, cameras, frames }, trail) {
+    this.#showHead(head, trail);
     this.#gaze.set(gaze ? [gaze.slice(12, 15), ahead(gaze, GAZE_M)] : []);
     for (const [name, hand] of this.#hands) hand.show(hands[name] ?? []);
     for (const [stream, camera] of this.#cameras) camera.object.visible = stream in cameras;
@@ -115,8 +115,12 @@ export class SceneObjects {
     }
   }
 
-  #showHead(head) {
+  #showHead(head, trail) {
     this.#head.visible = Boolean(head);
+    if (trail) {
+      if (head) this.#head.matrix.fromArray(head);
+      return this.#trail.set(trail);
+    }
     const now = performance.now();
     if (head) {
       this.#head.matrix.fromArray(head);

@@ -80,7 +80,7 @@ class Tile {
   #canvas = element("canvas");
   #rate = element("p");
   #latency = element("p", "quiet");
-  #stages = element("p", "quiet");
+  #stages = element("p", "quiet stages");
   #mode = element("p", "quiet");
   #state = element("p");
   #button = element("button");

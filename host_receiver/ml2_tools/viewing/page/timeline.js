@@ -1,4 +1,4 @@
-// The time line of a recording: shows the position in it, and moves it.
+// The time line of a recording, or of the last seconds: shows the position in it, and moves it.
 import { setText } from "./elements.js";
 
 const REDRAW_MS = 100;
@@ -21,6 +21,7 @@ export class TimeLine {
   #sinceMs = 0;
   #timer;
 
+  // `words` of the recording, if it has them, says a position; else it is told from its `begin_s`.
   constructor(recording, ask) {
     this.#recording = recording;
     this.#ask = ask;
@@ -89,9 +90,13 @@ export class TimeLine {
   }
 
   #tell(atS) {
-    const { begin_s, length_s } = this.#recording;
-    const day = new Date((begin_s + atS) * 1000).toLocaleTimeString([], { hour12: false, fractionalSecondDigits: 1, hour: "2-digit", minute: "2-digit", second: "2-digit" });
-    setText(this.#output, `${atS.toFixed(1)} of ${length_s.toFixed(1)} s · ${day}`);
+    const { begin_s, length_s, words } = this.#recording;
+    setText(this.#output, words?.(atS) ?? `${atS.toFixed(1)} of ${length_s.toFixed(1)} s · ${timeOfDay(begin_s + atS)}`);
     this.#slider.setAttribute("aria-valuetext", `${atS.toFixed(1)} s`);
   }
+}
+
+export function timeOfDay(unixS) {
+  const parts = { hour12: false, fractionalSecondDigits: 1, hour: "2-digit", minute: "2-digit", second: "2-digit" };
+  return new Date(unixS * 1000).toLocaleTimeString([], parts);
 }
