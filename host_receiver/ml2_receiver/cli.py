@@ -1,6 +1,7 @@
 """The command ml2-receiver."""
 
 import argparse
+import errno
 import os
 import re
 import select
@@ -10,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
 from itertools import takewhile
+from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
 import shtab
@@ -106,10 +108,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns:
         0 if the command succeeded, 1 if it found a problem in what it checked, 2 if it failed, with
-        the reason on stderr; 130 after Ctrl-C, and 141 if nobody reads the output any more, as of
-        programs that end by these signals.
+        the reason on stderr, as when the output cannot be written; 130 after Ctrl-C, and 141 if
+        nobody reads the output any more, as of programs that end by these signals.
     """
     heed_interrupts()
+    _open_missing_outputs()
     if arguments is None:
         limit_interrupts()
         arguments = sys.argv[1:]
@@ -120,8 +123,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         if not _is_unread(sys.stdout):
             raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what Python flushes
+        _leave_unwritten(sys.stdout)
         return 128 + signal.SIGPIPE
+    except OSError as error:
+        if error.errno != errno.ENOSPC or error.filename is not None:
+            raise
+        _leave_unwritten(sys.stdout)
+        print(f"the output cannot be written: {error.strerror}", file=sys.stderr)
+        return 2
 
 
 def _run(arguments: Sequence[str]) -> int:
@@ -141,6 +150,18 @@ def _run(arguments: Sequence[str]) -> int:
         return 2
     finally:
         sys.stdout.flush()
+
+
+def _open_missing_outputs() -> None:
+    """Whoever starts a process may have closed them; a file opened later would become one."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115, for good
+
+
+def _leave_unwritten(output: TextIO) -> None:
+    """Keeps Python from failing again when it flushes what is left."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
 
 
 def _is_unread(output: TextIO) -> bool:

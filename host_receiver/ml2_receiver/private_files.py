@@ -2,7 +2,9 @@
 
 import os
 from collections.abc import Buffer
+from contextlib import suppress
 from io import BufferedRandom
+from itertools import takewhile
 from pathlib import Path
 
 _FILE, _FOLDER = 0o600, 0o700
@@ -35,14 +37,8 @@ def make_private_folder(folder: Path) -> None:
         FileExistsError: it exists.
         OSError: it cannot be made.
     """
-    try:
-        folder.mkdir(mode=_FOLDER)
-    except FileNotFoundError:
-        if folder.parent == folder:
-            raise
-        try:
-            make_private_folder(folder.parent)
-        except FileExistsError:
-            if not folder.parent.is_dir():
-                raise
-        folder.mkdir(mode=_FOLDER)
+    missing = list(takewhile(lambda it: not it.exists(), folder.parents))
+    for it in reversed(missing):
+        with suppress(FileExistsError):  # another process has just made it
+            it.mkdir(mode=_FOLDER)
+    folder.mkdir(mode=_FOLDER)

@@ -51,6 +51,23 @@ def run(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.parametrize(
+    ("output", "code", "said"),
+    [
+        (">&-", 0, ""),
+        ("<&- >&-", 0, ""),
+        (">/dev/full", 2, "the output cannot be written: No space left on device\n"),
+    ],
+)
+@pytest.mark.parametrize("words", ["config show", "config show --json"])
+def test_an_output_that_is_missing_or_full_is_no_traceback(
+    words: str, output: str, code: int, said: str
+) -> None:
+    command = ["bash", "-c", f"exec {sys.executable} -m ml2_receiver {words} {output}"]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (code, said)
+
+
 def test_without_a_command_all_are_listed_in_groups_on_a_line_each() -> None:
     done = run()
     assert (done.returncode, done.stderr) == (2, "")

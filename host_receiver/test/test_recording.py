@@ -2,6 +2,7 @@
 
 import json
 import os
+import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Callable
@@ -241,3 +242,12 @@ def test_a_large_recording_goes_on_in_another_file(tmp_path: Path) -> None:
         writer.flush()
     assert [file.message_count for file in writer.metadata.files] == [2, 1]
     writer.close()
+
+
+def test_the_folder_may_be_thousands_of_folders_deep(tmp_path: Path) -> None:
+    deep = tmp_path.joinpath(*"d" * 1500)
+    try:
+        make_folder(deep, is_overwriting=False)
+        assert deep.is_dir()
+    finally:  # pytest could not remove it
+        subprocess.run(["rm", "-rf", tmp_path / "d"], check=True)
