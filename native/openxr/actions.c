@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "../sdk/error.h"
-#include "../sdk/lock.h"
+#include "runtime.h"
 
 #define HANDS(path)                                                                                                    \
     { "/user/hand/left" path, "/user/hand/right" path }
@@ -36,7 +36,7 @@ static const struct {
     {"/interaction_profiles/ml/ml2_controller", XR_CONTROLLER, ACTION_CONTROLLER, ACTION_COUNT},
 };
 
-static lock_t attaching = ATOMIC_FLAG_INIT;
+static turn_t attaching;
 static bool is_attached;
 static XrActionSet set;
 static XrAction actions[ACTION_COUNT];
@@ -104,14 +104,17 @@ ml2s_result actions_attach(enum action action, const char *name, ml2s_error *err
         return error_set(error, ML2S_NOT_AVAILABLE, 0,
                          "not available: %s in the app's session (attaching action sets would break the app's)", name);
     }
-    lock(&attaching);
+    uint32_t turn = xr_take_turn(&attaching, error);
+    if (!turn) {
+        return ML2S_VENDOR_FAILURE;
+    }
     ml2s_result result = is_attached ? ML2S_OK : attach(error);
     is_attached = !result;
     if (result) {
         actions_destroy(NULL);
     }
     result = result ? result : require_profile(action, error);
-    unlock(&attaching);
+    turn_end(&attaching, turn);
     return result;
 }
 

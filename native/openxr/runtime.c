@@ -26,22 +26,49 @@ static const struct area {
 
 #define CLOSED_WITHIN_NANOS INT64_C(1000000000)
 
-static lock_t changing = ATOMIC_FLAG_INIT;
-static uint32_t users;
+/** Longer than a session takes to be ready. */
+#define RETURNED_WITHIN_MS 6000
+
+/** As long as the app's thread may wait for one that looks for the loader. */
+#define FREE_WITHIN_MS 100
+
+static turn_t changing;
+static _Atomic uint32_t users;
+
+/** True while there is an instance, which may have no users: a thread that is to end it may not get its turn. */
+static bool is_begun;
 
 static ml2s_openxr chosen;
 static char chosen_path[512];
 static atomic_bool is_app_session_ending;
 
+uint32_t xr_take_turn(turn_t *turn, ml2s_error *error) {
+    uint32_t own = turn_take(turn, RETURNED_WITHIN_MS);
+    if (!own) {
+        error_set(error, ML2S_VENDOR_FAILURE, 0, "the OpenXR runtime has not returned to another sensor within %u ms",
+                  RETURNED_WITHIN_MS);
+    }
+    return own;
+}
+
+/** Takes the turn if no sensor uses OpenXR; else returns 0. */
+static uint32_t take_free_turn(void) {
+    uint32_t turn = turn_take(&changing, FREE_WITHIN_MS);
+    if (turn && (atomic_load(&users) || is_begun)) {
+        turn_end(&changing, turn);
+        return 0;
+    }
+    return turn;
+}
+
 /** Clears the choice of ml2s_use_openxr. Returns false if a sensor still uses it. */
 static bool clear_choice(void) {
-    lock(&changing);
-    bool is_free = !users;
-    if (is_free) {
+    uint32_t turn = take_free_turn();
+    if (turn) {
         chosen = (ml2s_openxr){0};
+        turn_end(&changing, turn);
     }
-    unlock(&changing);
-    return is_free;
+    return turn;
 }
 
 static ml2s_result end_app_session(ml2s_error *error) {
@@ -74,18 +101,18 @@ ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0,
                          "ml2s_openxr: expected either loader_path or instance, session and get_instance_proc_addr");
     }
-    lock(&changing);
-    bool is_free = !users;
-    if (is_free) {
-        chosen = *openxr;
-        atomic_store(&is_app_session_ending, false);
-        if (is_standalone) {
-            memcpy(chosen_path, openxr->loader_path, strlen(openxr->loader_path) + 1);
-            chosen.loader_path = chosen_path;
-        }
+    uint32_t turn = take_free_turn();
+    if (!turn) {
+        return error_set(error, ML2S_BUSY, 0, "ml2s_use_openxr: close all sensors of OpenXR first");
     }
-    unlock(&changing);
-    return is_free ? ML2S_OK : error_set(error, ML2S_BUSY, 0, "ml2s_use_openxr: close all sensors of OpenXR first");
+    chosen = *openxr;
+    atomic_store(&is_app_session_ending, false);
+    if (is_standalone) {
+        memcpy(chosen_path, openxr->loader_path, strlen(openxr->loader_path) + 1);
+        chosen.loader_path = chosen_path;
+    }
+    turn_end(&changing, turn);
+    return ML2S_OK;
 }
 
 static bool find_area(const struct area *area, PFN_xrGetInstanceProcAddr get_proc) {
@@ -132,12 +159,15 @@ static ml2s_result require_choice(ml2s_error *error) {
 
 ml2s_result xr_require(ml2s_error *error) {
     PFN_xrGetInstanceProcAddr get_proc;
-    lock(&changing);
+    uint32_t turn = xr_take_turn(&changing, error);
+    if (!turn) {
+        return ML2S_VENDOR_FAILURE;
+    }
     ml2s_result result = require_choice(error);
     if (!result && chosen.loader_path) {
         result = loader_find(&chosen, &get_proc, error);
     }
-    unlock(&changing);
+    turn_end(&changing, turn);
     return result;
 }
 
@@ -145,6 +175,7 @@ ml2s_result xr_require(ml2s_error *error) {
 static ml2s_result get_instance(ml2s_error *error) {
     PFN_xrGetInstanceProcAddr get_proc = (PFN_xrGetInstanceProcAddr)chosen.get_instance_proc_addr;
     xr = (struct xr){.is_borrowed = !chosen.loader_path};
+    is_begun = true;
     if (xr.is_borrowed) {
         xr.instance = (XrInstance)(uintptr_t)chosen.instance;
         xr.session = (XrSession)(uintptr_t)chosen.session;
@@ -187,28 +218,39 @@ static ml2s_result end(ml2s_error *error) {
         ml2s_result result = XR_CALL(first ? NULL : error, core, xrDestroyInstance, xr.instance);
         first = first ? first : result;
     }
+    is_begun = false;
     return first;
 }
 
 static ml2s_result acquire(uint32_t areas, ml2s_error *error) {
-    lock(&changing);
-    ml2s_result result = users ? require_app_session(error) : begin(error);
+    uint32_t turn = xr_take_turn(&changing, error);
+    if (!turn) {
+        return ML2S_VENDOR_FAILURE;
+    }
+    ml2s_result result = is_begun ? require_app_session(error) : begin(error);
     if (!result) {
         result = require(areas, error);
     }
     if (!result) {
-        users++;
-    } else if (!users) {
+        atomic_fetch_add(&users, 1);
+    } else if (is_begun && !atomic_load(&users)) {
         end(NULL);
     }
-    unlock(&changing);
+    turn_end(&changing, turn);
     return result;
 }
 
+/** The last user ends the instance; if the runtime does not return to another thread, the next last one does. */
 static ml2s_result release(ml2s_error *error) {
-    lock(&changing);
-    ml2s_result result = --users ? ML2S_OK : end(error);
-    unlock(&changing);
+    if (atomic_fetch_sub(&users, 1) > 1) {
+        return ML2S_OK;
+    }
+    uint32_t turn = xr_take_turn(&changing, error);
+    if (!turn) {
+        return ML2S_VENDOR_FAILURE;
+    }
+    ml2s_result result = is_begun && !atomic_load(&users) ? end(error) : ML2S_OK;
+    turn_end(&changing, turn);
     return result;
 }
 

@@ -1,9 +1,13 @@
 #include "perception.h"
 
+#include "error.h"
 #include "lock.h"
 #include "snapshot.h"
 
-static lock_t starting = ATOMIC_FLAG_INIT;
+/** Longer than await_snapshot waits. */
+#define STARTED_WITHIN_MS 3000
+
+static turn_t starting;
 
 static void await_snapshot(void) {
     enum { MOST_WAITS = 200 };
@@ -32,8 +36,11 @@ static ml2s_result start(ml2s_error *error) {
 }
 
 ml2s_result perception_start(ml2s_error *error) {
-    lock(&starting);
+    uint32_t turn = turn_take(&starting, STARTED_WITHIN_MS);
+    if (!turn) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "MLPerceptionStartup has not returned to another sensor");
+    }
     ml2s_result result = start(error);
-    unlock(&starting);
+    turn_end(&starting, turn);
     return result;
 }

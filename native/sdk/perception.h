@@ -10,6 +10,6 @@
 
 /**
  * Starts the perception system unless it runs, and waits up to 2 s for its first snapshot, before which trackers cannot
- * be created. Needs the area SDK_PERCEPTION.
+ * be created. Waits up to 3 s for another thread that does so. Needs the area SDK_PERCEPTION.
  */
 ml2s_result perception_start(ml2s_error *error);

@@ -5,6 +5,8 @@
 #include "error.h"
 #include "lock.h"
 
+#define LOADED_WITHIN_MS 3000
+
 #define NAME(name, parameters) #name,
 #define NAMES(identifier, table, functions, library) static const char *const table##_names[] = {functions(NAME)};
 SDK_AREAS(NAMES)
@@ -28,7 +30,7 @@ static const struct area {
     SDK_AREAS(AREA)};
 
 struct sdk sdk;
-static lock_t loading = ATOMIC_FLAG_INIT;
+static turn_t loading;
 static uint32_t loaded;
 
 static ml2s_result load_library(enum sdk_library library, ml2s_error *error) {
@@ -66,8 +68,12 @@ static ml2s_result load(uint32_t areas, ml2s_error *error) {
 }
 
 ml2s_result sdk_require(uint32_t areas, ml2s_error *error) {
-    lock(&loading);
+    uint32_t turn = turn_take(&loading, LOADED_WITHIN_MS);
+    if (!turn) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0,
+                         "dlopen of a vendor's library has not returned to another sensor");
+    }
     ml2s_result result = load(areas, error);
-    unlock(&loading);
+    turn_end(&loading, turn);
     return result;
 }

@@ -28,13 +28,13 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
 }
 
 static ml2s_result locate(const MLCoordinateFrameUID *frame, ml2s_pose *pose, ml2s_error *error) {
-    MLSnapshot *snapshot;
+    struct snapshot snapshot;
     ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
     if (result) {
         return result;
     }
     MLTransform transform;
-    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, frame, &transform);
+    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot.of, frame, &transform);
     if (!result) {
         pose_set(pose, &transform);
     }

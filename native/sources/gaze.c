@@ -49,15 +49,15 @@ static MLTransform average(const MLTransform *left, const MLTransform *right) {
 }
 
 static ml2s_result locate(ml2s_pose *pose, ml2s_error *error) {
-    MLSnapshot *snapshot;
+    struct snapshot snapshot;
     ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
     if (result) {
         return result;
     }
     MLTransform left, right;
-    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &eyes.left_center, &left);
+    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot.of, &eyes.left_center, &left);
     if (!result) {
-        result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &eyes.right_center, &right);
+        result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot.of, &eyes.right_center, &right);
     }
     if (!result && is_valid(&left) && is_valid(&right)) {
         MLTransform gaze = average(&left, &right);

@@ -72,7 +72,7 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     MLHandTrackingData data;
     MLHandTrackingDataInit(&data);
     ml2s_pose now;
-    MLSnapshot *snapshot;
+    struct snapshot snapshot;
     ml2s_result result;
     if ((result = SDK_CALL(error, hand_tracking, MLHandTrackingGetData, tracker, &data)) ||
         (result = pose_begin(&now, 0, error)) || (result = snapshot_take(now.device_nanos, &snapshot, error))) {
@@ -86,7 +86,7 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
         for (uint32_t i = 0; i < JOINTS; i++) {
             poses[*count + i] = now;
         }
-        result = locate(snapshot, hand, &data.hand_state[hand], &poses[*count], error);
+        result = locate(snapshot.of, hand, &data.hand_state[hand], &poses[*count], error);
         *count += JOINTS;
     }
     return snapshot_release(snapshot, result, error);

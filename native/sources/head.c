@@ -32,13 +32,13 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
 }
 
 static ml2s_result locate(ml2s_pose *pose, ml2s_error *error) {
-    MLSnapshot *snapshot;
+    struct snapshot snapshot;
     ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
     if (result) {
         return result;
     }
     MLTransform transform;
-    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &head.coord_frame_head, &transform);
+    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot.of, &head.coord_frame_head, &transform);
     if (!result) {
         pose_set(pose, &transform);
     }

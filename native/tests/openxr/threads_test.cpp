@@ -77,6 +77,20 @@ TEST_F(Threads, ASensorThatIsStillStartingIsGivenUpWhenTheAppsSessionEnds) {
     sensors.join();
 }
 
+TEST_F(Threads, TheAppDoesNotWaitForASessionThatDoesNotBegin) {
+    runtime("fault.session.idle", "1");
+    auto opened = std::async(std::launch::async, [] { return Sensor(kHead).result; });
+    while (counters().live_objects == 0) {
+        std::this_thread::yield();
+    }
+    auto error = sized<ml2s_error>();
+    auto openxr = sized<ml2s_openxr>();
+    openxr.loader_path = "another";
+    EXPECT_EQ(ml2s_use_openxr(&openxr, &error), ML2S_BUSY);
+    EXPECT_EQ(opened.wait_for(std::chrono::seconds(0)), std::future_status::timeout) << "it has been waited for";
+    EXPECT_EQ(opened.get(), ML2S_VENDOR_FAILURE);
+}
+
 TEST_F(Threads, BeforeTheAppsSessionEndsPollsFailUntilAllIsClosed) {
     App app(kAll);
     app.createSession();

@@ -13,11 +13,35 @@ constexpr uint64_t kLeft = ML2S_STREAM_BIT(ML2S_STREAM_WORLD_LEFT);
 
 class Handles : public testing::Test {
   protected:
-    Handles() { script = {}; }
+    Handles() {
+        script = {};
+        script.transform = {{0, 0, 0, 1}, {1, 2, 3}};
+    }
     const ml2s_settings head = settingsOf(ML2S_SENSOR_HEAD, kHead);
     const ml2s_settings depth = settingsOf(ML2S_SENSOR_DEPTH, kDepth);
 
     static ml2s_result open(const ml2s_settings &settings) { return Sensor(settings).result; }
+};
+
+/** A thread to which the vendor does not return from a function, until the end. */
+class Stuck {
+  public:
+    template <class Action> Stuck(const std::string &function, Action action) {
+        scripted::blocking = function;
+        scripted::isBlocked = scripted::isReleased = false;
+        thread_ = std::thread(action);
+        while (!scripted::isBlocked) {
+            std::this_thread::yield();
+        }
+    }
+    ~Stuck() {
+        scripted::isReleased = true;
+        thread_.join();
+        scripted::blocking.clear();
+    }
+
+  private:
+    std::thread thread_;
 };
 
 } // namespace
@@ -172,6 +196,28 @@ TEST_F(Handles, APerceptionSystemThatDoesNotStartIsToldAndTriedAgain) {
     }
     script.results.clear();
     EXPECT_EQ(open(head), ML2S_OK);
+}
+
+TEST_F(Handles, APerceptionSystemWhoseStartDoesNotReturnIsToldToOtherSensors) {
+    {
+        const Stuck stuck("MLPerceptionStartup", [&] { EXPECT_EQ(open(head), ML2S_OK); });
+        const Sensor other(depth);
+        EXPECT_EQ(other.result, ML2S_VENDOR_FAILURE);
+        EXPECT_STREQ(other.error.message, "MLPerceptionStartup has not returned to another sensor");
+    }
+    EXPECT_EQ(open(depth), ML2S_OK);
+}
+
+TEST_F(Handles, ASnapshotThatIsNotReleasedTakesNoPoseFromOtherSensors) {
+    for (const auto *function : {"MLPerceptionGetPredictedSnapshot", "MLSnapshotGetTransform"}) {
+        const Stuck stuck(function, [&] {
+            Sensor sensor(head);
+            EXPECT_TRUE(sensor.pollPose().is_tracked);
+        });
+        Sensor color(settingsOf(ML2S_SENSOR_COLOR, ML2S_STREAM_BIT(ML2S_STREAM_COLOR)));
+        EXPECT_EQ(color.result, ML2S_OK) << color.error.message;
+        EXPECT_TRUE(color.colorPose(scripted::kOffsetNanos).is_tracked) << color.error.message;
+    }
 }
 
 TEST_F(Handles, ADisconnectThatFailsIsToldAndTheSensorIsClosedAllTheSame) {

@@ -1,12 +1,16 @@
 #include "scripted_sdk.h"
 
 #include <algorithm>
+#include <thread>
 
 using scripted::script;
 
 namespace scripted {
 
 Script script;
+std::string blocking;
+std::atomic<bool> isBlocked{false};
+std::atomic<bool> isReleased{false};
 
 int Script::countOf(const std::string &function) const {
     return static_cast<int>(std::count(calls.begin(), calls.end(), function));
@@ -20,6 +24,12 @@ constexpr MLHandle kHandle = 0; // A valid one, unlike all ones.
 
 MLResult answer(const char *function) {
     script.calls.emplace_back(function);
+    // Only the first thread: the next one finds a library that works
+    if (scripted::blocking == function && !scripted::isBlocked.exchange(true)) {
+        while (!scripted::isReleased) {
+            std::this_thread::yield();
+        }
+    }
     const auto found = script.results.find(function);
     return found == script.results.end() ? MLResult_Ok : found->second;
 }

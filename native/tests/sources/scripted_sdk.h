@@ -2,6 +2,7 @@
 // cannot do: pixels known one by one, any answer of any call, and the order of calls.
 #pragma once
 
+#include <atomic>
 #include <map>
 #include <string>
 #include <vector>
@@ -44,5 +45,12 @@ struct Script {
 };
 
 extern Script script;
+
+/** A function that does not return, while this is not "". Set while nothing is called. */
+extern std::string blocking;
+/** True while a thread is in the function that does not return. */
+extern std::atomic<bool> isBlocked;
+/** Lets it return. */
+extern std::atomic<bool> isReleased;
 
 } // namespace scripted
