@@ -51,7 +51,17 @@ def test_metadata_is_text_with_its_names_and_all_digits() -> None:
     ]
 
 
-@pytest.mark.parametrize("text", ["", "[]", "null", '{"intrinsics": {}}', '{"exposure_ns": "x"}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "null",
+        '{"intrinsics": {}}',
+        '{"exposure_ns": "x"}',
+        f'{{"exposure_ns": {10**400}}}',
+    ],
+)
 def test_what_is_no_metadata_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match=r"metadata|Expecting value"):
         metadata_text(text)

@@ -37,7 +37,7 @@ def metadata_text(metadata: str) -> str:
         if not isinstance(document, dict):
             raise TypeError("expected an object")
         return "".join(f"{line}\n" for line in _lines(document))
-    except (AttributeError, KeyError, TypeError, RecursionError) as error:
+    except (AttributeError, KeyError, OverflowError, TypeError, RecursionError) as error:
         raise ValueError(f"invalid metadata: {type(error).__name__}: {error}") from error
 
 
