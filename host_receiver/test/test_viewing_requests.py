@@ -22,6 +22,7 @@ from ml2_tools.viewing.requests import (
     Seek,
     Seen,
     Show,
+    Snapshot,
     Speed,
     parse_request,
 )
@@ -36,6 +37,8 @@ def test_requests_are_read() -> None:
     assert parse_request('{"show": ["color"]}', STREAMS, LIVE) == Show(frozenset({"color"}))
     assert parse_request('{"show": []}', STREAMS, LIVE) == Show(frozenset())
     assert parse_request('{"seen": "state"}', STREAMS, LIVE) == Seen("state")
+    for offer in (LIVE, RECORDED):
+        assert parse_request('{"snapshot": true}', STREAMS, offer) == Snapshot()
     assert parse_request('{"call": "stop"}', STREAMS, LIVE) == Call("stop")
     named = '{"call": "save_config", "keys": ["world_left.format", "depth_center.mode"]}'
     keys = ("world_left.format", "depth_center.mode")

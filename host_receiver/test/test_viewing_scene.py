@@ -7,6 +7,7 @@ import math
 import time
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -14,12 +15,12 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from geometry_msgs.msg import Pose, PoseArray, PoseStamped
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from tf2_msgs.msg import TFMessage
 
 from camera_messages import camera_info, stamped, transform_of
 from ml2_tools.geometry.other_frames import OtherFrames
-from ml2_tools.viewing.cloud import Cloud
+from ml2_tools.viewing.cloud import Cloud, points_in_world
 from ml2_tools.viewing.newest_image import NewestImage
 from ml2_tools.viewing.scene import Scene
 
@@ -240,7 +241,7 @@ def test_depth_becomes_points_in_the_world() -> None:
     pixels[:240] = np.nan
     take_lens(scene, "depth", 544, 480, 400.0)
     take_transforms(scene, "/tf", transform(WORLD, DEPTH, (1, 0, 0.5), LOOKS_AHEAD))
-    number, message = cloud.encoded(depth_image(pixels))
+    number, message = cloud.encoded(depth_image(pixels), NewestImage("color"))
     assert (number, message[:6]) == (1, b"\x05cloud")
     points = np.frombuffer(message, "<f4", offset=10).reshape(-1, 3)
     assert 1000 < len(points) <= 2500
@@ -250,9 +251,36 @@ def test_depth_becomes_points_in_the_world() -> None:
     assert points[:, 1].max() == pytest.approx(2 * 272 / 400, abs=0.1)
 
 
+def test_points_have_the_colours_of_the_rgb_image_where_it_sees_them() -> None:
+    scene = Scene("")
+    for stream in ("depth", "color"):
+        take_lens(scene, stream, 40, 40, 40.0)
+        frame = f"{stream}_optical_frame"
+        take_transforms(scene, "/tf", transform(WORLD, frame, (0, 0, 0), LOOKS_AHEAD))
+    # In the order blue, green, red: the left half is red, the right half is green.
+    bgr = np.zeros((40, 40, 3), np.uint8)
+    bgr[:, :20, 2], bgr[:, 20:, 1] = 200, 100
+    data = cv2.imencode(".jpg", bgr, (cv2.IMWRITE_JPEG_QUALITY, 100))[1].tobytes()
+    jpeg = CompressedImage(format="bgr8; jpeg compressed bgr8", data=data)
+    jpeg.header.stamp.sec = 7
+    color = NewestImage("color")
+    color.take("sensor_msgs/msg/CompressedImage", serialize_message(jpeg))
+    points = points_in_world(scene, depth_image(np.full((40, 40), 2.0)).newest, color.newest, 1600)
+    assert points is not None
+    assert points.colours is not None
+    # The world's +y is left. Near the edge, JPEG mixes the colours.
+    left, right = points.places[:, 1] > 0.5, points.places[:, 1] < -0.5
+    assert points.colours[left] == pytest.approx(np.tile([200, 0, 0], (int(left.sum()), 1)), abs=12)
+    assert points.colours[right] == pytest.approx(
+        np.tile([0, 100, 0], (int(right.sum()), 1)), abs=12
+    )
+    _, message = Cloud(scene).encoded(depth_image(np.full((40, 40), 2.0)), color)
+    assert len(message) == 10 + 1600 * (12 + 3)
+
+
 def test_depth_without_a_pose_or_a_lens_makes_no_points() -> None:
     scene = Scene("")
-    assert Cloud(scene).encoded(depth_image(np.ones((4, 4))))[0] == 0
+    assert Cloud(scene).encoded(depth_image(np.ones((4, 4))), NewestImage("color"))[0] == 0
     take_lens(scene, "depth", 4, 4, 2.0)
-    assert Cloud(scene).encoded(depth_image(np.ones((4, 4))))[0] == 0
-    assert Cloud(scene).encoded(NewestImage("depth"))[0] == 0
+    assert Cloud(scene).encoded(depth_image(np.ones((4, 4))), NewestImage("color"))[0] == 0
+    assert Cloud(scene).encoded(NewestImage("depth"), NewestImage("color"))[0] == 0

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import zipfile
 from typing import NoReturn
 
+import cv2
+import numpy as np
 import pytest
+import yaml
 from playwright.sync_api import Browser, Locator, Page, expect
 
 import bag_scene
@@ -62,6 +66,41 @@ def test_screens_live_and_paused_are_kept(browser: Browser, lab: Lab) -> None:
     expect(bar.get_by_role("status")).to_contain_text("paused")
     keep_screens(page, "paused")
     page.context.close()
+
+
+def test_a_snapshot_has_images_depth_points_cameras_and_poses(browser: Browser, lab: Lab) -> None:
+    page = new_page(browser)
+    page.goto(lab.address)
+    await_images(page, "color", 1)
+    await_images(page, "depth", 1)
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Snapshot").click()
+    with zipfile.ZipFile(saved.value.path()) as archive:
+        files = {it: archive.read(it) for it in archive.namelist()}
+    page.context.close()
+    streams = ("color", "depth", "world_left")
+    assert files.keys() == {
+        *(f"{it}.{end}" for it in streams for end in ("png", "yaml")),
+        "depth.ply",
+        "poses.json",
+    }
+    color, depth = (
+        cv2.imdecode(np.frombuffer(files[it], np.uint8), cv2.IMREAD_UNCHANGED)
+        for it in ("color.png", "depth.png")
+    )
+    assert (color.shape, color.dtype.name) == ((480, 640, 3), "uint8")
+    assert (depth.shape, depth.dtype.name) == ((480, 544), "uint16")
+    # The room is some metres large, and depth.png is in mm.
+    assert 500 < np.median(depth[depth > 0]) < 8000
+    head, _, rows = files["depth.ply"].partition(b"end_header\n")
+    (count,) = map(int, re.findall(rb"element vertex (\d+)", head))
+    assert count == np.count_nonzero(depth)
+    assert len(rows) == count * (15 if b"uchar red" in head else 12)
+    camera = yaml.safe_load(files["color.yaml"])
+    assert (camera["camera_name"], camera["image_width"]) == ("color", 640)
+    poses = json.loads(files["poses.json"])
+    assert np.array(poses["poses"]["head"]).shape == (4, 4)
+    assert np.array(poses["images"]["depth"]["pose"]).shape == (4, 4)
 
 
 def test_plots_draw_values(page: Page) -> None:

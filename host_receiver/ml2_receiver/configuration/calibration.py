@@ -57,6 +57,14 @@ def save_calibration(path: Path, camera: str, calibration: Calibration) -> None:
     Raises:
         CalibrationError: it cannot be written.
     """
+    try:
+        replace_file(path.resolve(), calibration_yaml(camera, calibration).encode())
+    except OSError as error:
+        raise CalibrationError(f"{path} cannot be written: {error.strerror}") from error
+
+
+def calibration_yaml(camera: str, calibration: Calibration) -> str:
+    """Returns the contents of such a file; `camera` is its camera_name."""
     document = {
         "image_width": calibration.width,
         "image_height": calibration.height,
@@ -67,11 +75,7 @@ def save_calibration(path: Path, camera: str, calibration: Calibration) -> None:
         "rectification_matrix": _rows(3, 3, calibration.r),
         "projection_matrix": _rows(3, 4, calibration.p),
     }
-    text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None)
-    try:
-        replace_file(path.resolve(), text.encode())
-    except OSError as error:
-        raise CalibrationError(f"{path} cannot be written: {error.strerror}") from error
+    return yaml.safe_dump(document, sort_keys=False, default_flow_style=None)
 
 
 def parse_calibration(document: Any) -> Calibration:

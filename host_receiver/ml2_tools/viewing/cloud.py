@@ -1,26 +1,39 @@
-"""Makes the points of the newest depth image, for the 3D view."""
+"""Makes the points of the newest depth image, for the 3D view and for snapshots."""
 
 from __future__ import annotations
 
 import math
 import threading
 import time
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..bags.decoding import decoder
 from ..geometry.lens import Floats
 from ..images.pixels import pixels_of
-from ..products.points import points_of
-from .newest_image import NewestImage, framed
+from ..products.points import colours_of, points_of
+from .newest_image import Newest, NewestImage, framed
 from .scene import Scene
 
 CLOUD = "cloud"
-_DEPTH = "depth"
+_DEPTH, _COLOR = "depth", "color"
 _MOST_HZ = 5
 _MOST_POINTS = 5000
+# The colour of points that the RGB camera does not see.
+_UNSEEN = 0x808080
+# Of a message for browsers, in the place of the end of the colour scale.
+_PLAIN, _COLOURED = 0.0, 1.0
+
+
+class Points(NamedTuple):
+    """Points in the world frame, n x 3, and the red, green and blue of each if they are known."""
+
+    places: Floats
+    colours: NDArray[np.uint8] | None
 
 
 class Cloud:
@@ -33,37 +46,77 @@ class Cloud:
         self._next_s = 0.0
         self._encoded: tuple[int, bytes] = 0, b""
 
-    def encoded(self, depth: NewestImage) -> tuple[int, bytes]:
+    def encoded(self, depth: NewestImage, color: NewestImage) -> tuple[int, bytes]:
         """Returns the number of the cloud, from 1, and its message for browsers; 0 before it.
 
         The message is that of an image, with x, y and z of each point as float32 instead of a JPEG.
+        If the number before them is 1, red, green and blue of each point follow as bytes.
         """
         with self._lock:
             now_s = time.monotonic()
-            number, type, payload = depth.newest
+            newest = depth.newest
+            number = newest[0]
             if number not in (0, self._used) and now_s >= self._next_s:
                 self._used, self._next_s = number, now_s + 1 / _MOST_HZ
-                points = self._points(type, payload) if type else None
+                points = points_in_world(self._scene, newest, color.newest, _MOST_POINTS)
                 if points is not None:
-                    self._encoded = self._encoded[0] + 1, framed(CLOUD, 0, points.tobytes())
+                    self._encoded = self._encoded[0] + 1, _message(points)
             return self._encoded
 
     def forget(self) -> None:
         """Forgets the points: the next ones may be of an earlier time."""
         with self._lock:
             self._next_s = 0
-            self._encoded = self._encoded[0] + 1, framed(CLOUD, 0, b"")
+            self._encoded = self._encoded[0] + 1, framed(CLOUD, _PLAIN, b"")
 
-    def _points(self, type: str, payload: bytes) -> Floats | None:
-        lens = self._scene.lens(_DEPTH)
-        try:
-            message = decoder(type)(payload)
-            pose = self._scene.pose_at(_DEPTH, header_stamp_ns(message.header))
-            if lens is None or pose is None:
-                return None
-            step = math.ceil(math.sqrt(lens.height * lens.width / _MOST_POINTS))
-            points = points_of(pixels_of(message), lens, step).reshape(-1, 3)
-        except ValueError:
+
+def points_in_world(scene: Scene, depth: Newest, color: Newest, most: float) -> Points | None:
+    """Returns points of the newest depth image; None without its pose and lens.
+
+    They have colours if the scene has pose and lens of the newest RGB image.
+
+    Args:
+        most: how many of its pixels are taken at most.
+    """
+    _, type, payload = depth
+    lens = scene.lens(_DEPTH)
+    if not type or lens is None:
+        return None
+    try:
+        message = decoder(type)(payload)
+        pose = scene.pose_at(_DEPTH, header_stamp_ns(message.header))
+        if pose is None:
             return None
-        known = points[np.isfinite(points).all(axis=1)]
-        return np.asarray(known @ pose[:3, :3].T + pose[:3, 3], "<f4")
+        step = math.ceil(math.sqrt(max(1, lens.height * lens.width / most)))
+        points = points_of(pixels_of(message), lens, step)
+    except ValueError:
+        return None
+    flat = points.reshape(-1, 3)
+    is_known = np.isfinite(flat).all(axis=1)
+    places = np.asarray(flat[is_known] @ pose[:3, :3].T + pose[:3, 3], "<f4")
+    return Points(places, _colours(scene, color, places))
+
+
+def _colours(scene: Scene, color: Newest, places: Floats) -> NDArray[np.uint8] | None:
+    _, type, payload = color
+    lens = scene.lens(_COLOR)
+    if not type or lens is None:
+        return None
+    try:
+        message = decoder(type)(payload)
+        pose = scene.pose_at(_COLOR, header_stamp_ns(message.header))
+        pixels = pixels_of(message)
+        if pose is None or pixels.ndim != 3:
+            return None
+        packed = colours_of(places[np.newaxis], np.linalg.inv(pose), lens, pixels).ravel()
+    except ValueError:
+        return None
+    packed[packed == 0] = _UNSEEN
+    return np.ascontiguousarray(packed.astype(">u4").view(np.uint8).reshape(-1, 4)[:, 1:])
+
+
+def _message(points: Points) -> bytes:
+    places, colours = points
+    if colours is None:
+        return framed(CLOUD, _PLAIN, places.tobytes())
+    return framed(CLOUD, _COLOURED, places.tobytes() + colours.tobytes())

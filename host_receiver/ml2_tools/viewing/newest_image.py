@@ -19,6 +19,10 @@ _EARLY = 0.25
 _FAR_M = struct.Struct("<f")
 
 
+# The number of an image, from 1, its type and its CDR; both are empty without one.
+type Newest = tuple[int, str, bytes]
+
+
 class NewestImage:
     """The newest image of a stream, encoded at most 15 times per second. Thread-safe.
 
@@ -29,7 +33,7 @@ class NewestImage:
     def __init__(self, stream: str, name: str = "") -> None:
         self._is_distance, self._name = stream == "depth", name or stream
         self._taking, self._encoding = threading.Lock(), threading.Lock()
-        self._newest: tuple[int, str, bytes] = 0, "", b""
+        self._newest: Newest = 0, "", b""
         self._next_s = 0.0
         self._encoded: tuple[int, bytes | str] = 0, b""
 
@@ -39,7 +43,7 @@ class NewestImage:
         return preview_of(message, is_distance)
 
     @property
-    def newest(self) -> tuple[int, str, bytes]:
+    def newest(self) -> Newest:
         """The number of the newest image, from 1, its type and its CDR; empty without one."""
         return self._newest
 

@@ -45,6 +45,11 @@ class Pixel:
 
 
 @dataclass(frozen=True)
+class Snapshot:
+    """The browser wants a file of what the source delivers at present."""
+
+
+@dataclass(frozen=True)
 class Change:
     """The receiver shall set these keys of a section; their values are legal one by one."""
 
@@ -90,7 +95,7 @@ class Pair:
 
 # Requests that change the source of the view.
 type Steer = Change | Call | Pair | Play | Seek | Speed
-type Request = Show | Seen | Pixel | Steer
+type Request = Show | Seen | Pixel | Snapshot | Steer
 
 
 @dataclass(frozen=True)
@@ -113,6 +118,7 @@ class Offer:
 def parse_request(message: str | bytes, names: Collection[str], offer: Offer) -> Request:
     """Reads a message: one of
     `{"show": [STREAM, ...]}`, `{"seen": NAME}`, `{"pixel": STREAM, "at": [COLUMN, ROW]}`,
+    `{"snapshot": true}`,
     `{"set": SECTION, "to": {KEY: VALUE, ...}}`, `{"call": SERVICE}`,
     `{"call": "save_config", "keys": [SECTION.KEY, ...]}`, `{"pair": BOOL}`, `{"play": BOOL}`,
     `{"seek": SECONDS}` and `{"speed": RATE}`.
@@ -135,10 +141,12 @@ def parse_request(message: str | bytes, names: Collection[str], offer: Offer) ->
     return request
 
 
-def _look(found: Any, names: Collection[str]) -> Show | Seen | Pixel | None:
+def _look(found: Any, names: Collection[str]) -> Show | Seen | Pixel | Snapshot | None:
     match found:
         case {"show": list(streams), **rest} if not rest and _are_of(streams, names):
             return Show(frozenset(streams))
+        case {"snapshot": True, **rest} if not rest:
+            return Snapshot()
         case {"seen": str(name), **rest} if not rest:
             return Seen(name)
         case {"pixel": str(stream), "at": [int(column), int(row)], **rest} if not rest:

@@ -67,6 +67,7 @@ class Scene:
         self._hands: dict[str, tuple[float, list[Place]]] = {}
         # The corners of an image are directions.
         self._lenses: dict[str, tuple[float, tuple[Lens, list[list[float]]]]] = {}
+        self._infos: dict[str, Any] = {}
         # The poses of the optical frame of each camera by stamp in ns.
         self._at: dict[str, OrderedDict[int, Pose]] = {}
         self._due_s: dict[str, float] = {}
@@ -114,12 +115,20 @@ class Scene:
                 self._poses[filled] = at_s, pose_of(_Transform(message.pose))
             else:
                 lens = camera_of(message).lens
+                self._infos[filled.removeprefix(_LENS)] = message
                 self._lenses[filled.removeprefix(_LENS)] = at_s, (lens, _corners(lens))
 
     def forget(self) -> None:
         """Forgets what came: the next messages may be of an earlier time."""
         with self._lock:
-            for newest in (self._poses, self._hands, self._lenses, self._at, self._due_s):
+            for newest in (
+                self._poses,
+                self._hands,
+                self._lenses,
+                self._infos,
+                self._at,
+                self._due_s,
+            ):
                 newest.clear()
             self._others.forget()
 
@@ -128,6 +137,19 @@ class Scene:
         with self._lock:
             found = self._lenses.get(stream)
             return None if found is None else found[1][0]
+
+    def info(self, stream: str) -> Any:
+        """Returns the newest CameraInfo of a camera; None before the first."""
+        return self._infos.get(stream)
+
+    def poses(self, now_s: float) -> dict[str, Pose]:
+        """Returns the present pose of the head, and of each of the headset's frames, by name."""
+        with self._lock:
+            return dict(_since(now_s - _FRESH_S, self._poses))
+
+    def frame_of(self, stream: str) -> str:
+        """Returns the name of a camera's optical frame in poses()."""
+        return self._frames[stream]
 
     def pose_at(self, stream: str, stamp_ns: int) -> Pose | None:
         """Returns the pose of a camera's optical frame at the stamp of a recent image."""

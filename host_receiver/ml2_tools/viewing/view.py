@@ -120,6 +120,11 @@ class View:
         return self.images.keys() | {SCENE, CLOUD} | self._fields.keys()
 
     @property
+    def published(self) -> Set[str]:
+        """The streams whose images the source publishes at present."""
+        return published_images(self._rows).keys()
+
+    @property
     def is_watched(self) -> bool:
         """True while a browser is connected."""
         return bool(self._watched)

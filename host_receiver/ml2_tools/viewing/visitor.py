@@ -18,9 +18,11 @@ from ml2_receiver.recording.message_definitions import DEFINITIONS
 from .cloud import CLOUD
 from .fields import fields_of
 from .full_image import full_name
+from .newest_image import framed
 from .plots import SHOWN_S, UNITS
-from .requests import Pixel, RequestError, Seen, Show, Steer, Steered, parse_request
+from .requests import Pixel, RequestError, Seen, Show, Snapshot, Steer, Steered, parse_request
 from .scene import SCENE
+from .snapshot import SNAPSHOT, snapshot_of
 from .view import View
 
 _MOST_UNDER_WAY = 2
@@ -51,7 +53,7 @@ class Visitor:
         self._next_samples_s = 0.0
         # How many requests have no sent answer yet, and the answers to send.
         self._asked = 0
-        self._answers: deque[str] = deque()
+        self._answers: deque[str | bytes] = deque()
         self._is_over = False
 
     def serve(self) -> None:
@@ -100,6 +102,9 @@ class Visitor:
                 self._acknowledge(name)
             case Pixel(stream, column, row):
                 self._tell_pixel(stream, column, row)
+            case Snapshot():
+                self._expect_answer()
+                self._answer(framed(SNAPSHOT, 0, snapshot_of(self._view, self._shown)))
             case request:
                 self._ask(request)
 
@@ -127,7 +132,7 @@ class Visitor:
                 raise RequestError("too many requests wait for an answer")
             self._asked += 1
 
-    def _answer(self, message: str) -> None:
+    def _answer(self, message: str | bytes) -> None:
         with self._view.changed:
             self._answers.append(message)
             self._view.changed.notify_all()
@@ -194,7 +199,7 @@ class Visitor:
         if SCENE in shown:
             yield SCENE, lambda: view.scene.newest(view.now_s)
         if CLOUD in shown:
-            yield CLOUD, lambda: view.cloud.encoded(view.images["depth"])
+            yield CLOUD, lambda: view.cloud.encoded(view.images["depth"], view.images["color"])
         yield _STATE, lambda: view.state
         yield from self._steered.sources()
 

@@ -69,12 +69,22 @@ export function connect(handlers) {
     const length = view.getUint8(0);
     const stream = text.decode(new Uint8Array(data, 1, length));
     if (stream === "cloud") {
-      handlers.cloud(new Float32Array(data.slice(length + 5)));
+      takeCloud(data.slice(length + 5), view.getFloat32(length + 1, true) > 0);
       return stream;
+    }
+    if (stream === "snapshot") {
+      handlers.snapshot(data.slice(length + 5));
+      return null;
     }
     const jpeg = new Blob([new Uint8Array(data, length + 5)], { type: "image/jpeg" });
     await handlers.image(stream, jpeg, view.getFloat32(length + 1, true));
     return stream;
+  }
+
+  function takeCloud(data, isColoured) {
+    const count = Math.floor(data.byteLength / (isColoured ? 15 : 12));
+    const colours = isColoured ? new Uint8Array(data, 12 * count) : null;
+    handlers.cloud(new Float32Array(data, 0, 3 * count), colours);
   }
 
   open();

@@ -63,8 +63,8 @@ export class History {
     return this.#take("scene", "scene", [poses], SCENE_BYTES);
   }
 
-  cloud(places) {
-    return this.#take("cloud", "cloud", [places], places.byteLength);
+  cloud(places, colours) {
+    return this.#take("cloud", "cloud", [places, colours], places.byteLength);
   }
 
   image(name, jpeg, farMetres) {

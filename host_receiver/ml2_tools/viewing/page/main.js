@@ -8,6 +8,7 @@ import { History } from "./history.js";
 import { Pairing } from "./pairing.js";
 import { Plots } from "./plots.js";
 import { SceneView } from "./scene.js";
+import { Snapshot } from "./snapshot.js";
 import { Streams } from "./streams.js";
 import { TimeLine } from "./timeline.js";
 
@@ -21,6 +22,7 @@ const actions = new Actions((request) => connection.send(request), changed);
 const scene = new SceneView(askForShown);
 const enlarged = new Enlarged(askForShown, (request) => connection.send(request));
 const pairing = new Pairing((request) => connection.send(request));
+const snapshot = new Snapshot((request) => connection.send(request));
 let configuration = null;
 let streams = null;
 let plots = null;
@@ -37,7 +39,7 @@ function say(text) {
 const history = new History(
   {
     scene: (poses, trail) => scene.show(poses, trail),
-    cloud: (places) => scene.showCloud(places),
+    cloud: (places, colours) => scene.showCloud(places, colours),
     image: (stream, jpeg, farMetres) => streams.draw(stream, jpeg, farMetres),
   },
   (agoS) => {
@@ -82,6 +84,7 @@ const connection = connect({
     history.reset(!recording);
     timeLine = recording ? new TimeLine(recording, ask) : null;
     actions.reset();
+    snapshot.reset();
     askForShown();
   },
   state(state) {
@@ -95,7 +98,8 @@ const connection = connect({
     configuration.showApplied(state.applied);
   },
   scene: (poses) => history.scene(poses),
-  cloud: (places) => history.cloud(places),
+  cloud: (places, colours) => history.cloud(places, colours),
+  snapshot: (bytes) => snapshot.save(bytes),
   position(position) {
     if (timeLine.show(position)) scene.forgetTrail();
     plots.setClock(position.at_s, position.is_playing ? position.rate : 0);

@@ -82,8 +82,8 @@ export class SceneView {
     this.#objects.forgetTrail();
   }
 
-  showCloud(places) {
-    this.#objects.showCloud(places);
+  showCloud(places, colours) {
+    this.#objects.showCloud(places, colours);
     this.#draw();
   }
 

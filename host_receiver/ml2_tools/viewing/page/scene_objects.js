@@ -1,7 +1,7 @@
 // What is in the 3D view, in metres in the world frame: x forward, y left, z up.
 import {
   AxesHelper, BufferAttribute, BufferGeometry, Color, GridHelper, InstancedMesh, Line, LineBasicMaterial, LineSegments,
-  Matrix4, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry,
+  Matrix4, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, SRGBColorSpace,
 } from "./three.min.js";
 
 // Each can be told from a light ground and from a dark one.
@@ -70,12 +70,14 @@ export class SceneObjects {
     this.#showFrames(frames);
   }
 
-  showCloud(places) {
+  // `colours` has red, green and blue of each point; without them, they are by height.
+  showCloud(places, colours) {
     const count = this.#cloud.setFlat(places);
     const colour = new Color();
     for (let i = 0; i < count; i++) {
+      if (colours) colour.setRGB(colours[3 * i] / 255, colours[3 * i + 1] / 255, colours[3 * i + 2] / 255, SRGBColorSpace);
       // From the floor on, red to blue over 2.5 m.
-      colour.setHSL(Math.min(0.7, Math.max(0, 0.28 * (places[3 * i + 2] + 1.5))), 0.8, 0.6);
+      else colour.setHSL(Math.min(0.7, Math.max(0, 0.28 * (places[3 * i + 2] + 1.5))), 0.8, 0.5);
       this.#colours.setXYZ(i, colour.r, colour.g, colour.b);
     }
     this.#colours.needsUpdate = true;

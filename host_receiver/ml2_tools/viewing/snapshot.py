@@ -1,0 +1,126 @@
+"""Packs the present images, points, cameras and poses into a zip file."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import time
+import zipfile
+from collections.abc import Collection
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ml2_receiver.configuration.calibration import Calibration, calibration_yaml
+from ml2_receiver.printable import printable
+from ml2_receiver.topics.stamps import header_stamp_ns
+
+from ..bags.decoding import decoder
+from ..images.pixels import pixels_of
+from .cloud import CLOUD, Points, points_in_world
+from .newest_image import Newest
+from .scene import SCENE
+from .state import image_streams
+from .view import View
+
+SNAPSHOT = "snapshot"
+# Cameras may have been paused until now.
+_PATIENCE_S = 3.0
+_POLL_S = 0.05
+_MM_PER_M = 1000
+_DEPTH, _COLOR = "depth", "color"
+
+
+def snapshot_of(view: View, shown: Collection[str]) -> bytes:
+    """Returns a zip file of what the source delivers at present; waits for it for 3 s at most.
+
+    Args:
+        shown: the streams that the browser shows; others are taken, too, but eye cameras.
+    """
+    wanted = {*image_streams(with_eyes=False), *shown} & view.published & set(view.streams)
+    watcher = object()
+    view.watch(watcher, frozenset({*wanted, SCENE, CLOUD}))
+    try:
+        deadline_s = time.monotonic() + _PATIENCE_S
+        while time.monotonic() < deadline_s and not all(_is_there(view, it) for it in wanted):
+            time.sleep(_POLL_S)
+        return _zip(view, sorted(wanted))
+    finally:
+        view.watch(watcher, None)
+
+
+def _is_there(view: View, stream: str) -> bool:
+    if not view.images[stream].newest[1]:
+        return False
+    return stream not in (_DEPTH, _COLOR) or view.scene.info(stream) is not None
+
+
+def _zip(view: View, streams: Collection[str]) -> bytes:
+    poses = view.scene.poses(view.now_s)
+    index: dict[str, Any] = {"poses": {name: it.tolist() for name, it in poses.items()}}
+    index["images"] = {}
+    # All files are of the same images.
+    newest = {stream: view.images[stream].newest for stream in streams}
+    file = io.BytesIO()
+    # PNG is compressed already.
+    with zipfile.ZipFile(file, "w") as archive:
+        for stream in streams:
+            index["images"][stream] = _add(archive, view, stream, newest[stream])
+        color, depth = (newest.get(it, (0, "", b"")) for it in (_COLOR, _DEPTH))
+        if (points := points_in_world(view.scene, depth, color, math.inf)) is not None:
+            archive.writestr("depth.ply", _ply(points))
+        archive.writestr("poses.json", json.dumps(index, indent=2) + "\n")
+    return file.getvalue()
+
+
+def _add(archive: zipfile.ZipFile, view: View, stream: str, image: Newest) -> dict[str, Any]:
+    """Adds the files of a stream; returns what poses.json says of its image."""
+    _, type, payload = image
+    if not type:
+        return {"missing": f"no image came within {_PATIENCE_S:.0f} s"}
+    frame = view.scene.frame_of(stream)
+    if (info := view.scene.info(stream)) is not None:
+        d, k, r, p = (tuple(map(float, it)) for it in (info.d, info.k, info.r, info.p))
+        model = info.distortion_model
+        camera = Calibration(info.width, info.height, model, d=d, k=k, r=r, p=p)
+        archive.writestr(f"{stream}.yaml", calibration_yaml(stream, camera))
+    try:
+        message = decoder(type)(payload)
+        archive.writestr(f"{stream}.png", _png(pixels_of(message), stream == _DEPTH))
+    except ValueError as error:
+        return {"missing": printable(str(error))}
+    stamp_ns = header_stamp_ns(message.header)
+    pose = view.scene.pose_at(stream, stamp_ns)
+    return {"stamp_ns": stamp_ns, "frame": frame, "pose": None if pose is None else pose.tolist()}
+
+
+def _png(pixels: NDArray[Any], is_distance: bool) -> bytes:
+    """Returns a PNG; floats become 16 bits, distances in mm. What is invalid becomes 0."""
+    if pixels.dtype == np.float32:
+        scaled = np.nan_to_num(pixels * (_MM_PER_M if is_distance else 1), posinf=0, neginf=0)
+        pixels = np.clip(np.rint(scaled), 0, np.iinfo(np.uint16).max).astype(np.uint16)
+    is_encoded, png = cv2.imencode(".png", pixels, (cv2.IMWRITE_PNG_COMPRESSION, 1))
+    if not is_encoded:
+        raise ValueError("the image cannot be written as PNG")
+    return png.tobytes()
+
+
+def _ply(points: Points) -> bytes:
+    places, colours = points
+    names = ["x", "y", "z"]
+    fields: list[Any] = [(name, "<f4") for name in names]
+    head = [f"property float {name}" for name in names]
+    if colours is not None:
+        fields += [(name, "u1") for name in ("red", "green", "blue")]
+        head += [f"property uchar {name}" for name in ("red", "green", "blue")]
+    rows = np.empty(len(places), fields)
+    for axis, name in enumerate(names):
+        rows[name] = places[:, axis]
+    if colours is not None:
+        for axis, name in enumerate(("red", "green", "blue")):
+            rows[name] = colours[:, axis]
+    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(places)}", *head]
+    return "\n".join([*lines, "end_header", ""]).encode() + rows.tobytes()
