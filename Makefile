@@ -51,6 +51,7 @@ kotlin := pom.xml .mvn ml2-sensors-aar
 # Folders of sources, too: they tell of files that are gone.
 kotlin_files := $(shell find $(kotlin) -name target -prune -o \( -type f -o -path '*/src*' \) ! -name '*.md' -print)
 packaged := build/.maven-packaged
+class_archive := build/.class-archive
 simulated_headset := build/.headset-packaged
 bundle := build/native/bundle/order
 # For what comes after `build`: takes its classes as they are.
@@ -92,6 +93,10 @@ build: setup-headset+app native $(packaged) ## Compile and package the Kotlin li
 
 $(packaged): $(bundle) $(kotlin_files)
 	$(if_changed) $@ $(kotlin) build/native/bundle -- config/kotlin/package.sh $(maven_options)
+
+# Saves a fifth of the processor time of each start of the simulated headset, of which the tests have hundreds.
+$(class_archive): $(packaged)
+	$(if_changed) $@ $(kotlin) build/native/bundle -- config/kotlin/class_archive.sh $(headset)/target/ml2-headset.jsa
 
 # What a demo needs of `build`, in half the time: no tests, no app.
 $(simulated_headset): $(bundle) $(kotlin_files)
@@ -165,7 +170,7 @@ check-unity:
 
 # The longest first. Two targets run at a time, of which each has two tests or compilers at a time: as many as two
 # processors carry. More would only wait for each other.
-test: setup-headset+test+csharp+view build $(javascript) ## Run the tests of everything but a release's packages
+test: setup-headset+test+csharp+view build $(class_archive) $(javascript) ## Run the tests of everything but a release's packages
 	$(call at_a_time,2,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
 	$(submake) test-alone
 
@@ -200,16 +205,16 @@ test-unity: setup-headset+csharp native ## Test the Unity package with mono, and
 
 test-e2e: test-together test-alone ## Test headset, receiver and ROS 2 together, as processes
 
-test-together: build
+test-together: build $(class_archive)
 	$(pytest) $(slowest) --numprocesses 2 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
 
-test-alone: build
+test-alone: build $(class_archive)
 	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
 
 page-library: ## Bundle three.js for the page of `ml2-receiver view`, after a change in config/three
 	config/three/bundle.sh $(three)
 
-test-view: setup-headset+test+view build ## Test the page of `ml2-receiver view` in Chromium, which is installed if it is missing; screenshots in build/reports
+test-view: setup-headset+test+view build $(class_archive) ## Test the page of `ml2-receiver view` in Chromium, which is installed if it is missing; screenshots in build/reports
 	config/three/bundle.sh build/three/three.min.js
 	cmp build/three/three.min.js $(three)
 	$(pytest) $(slowest) tests/view
