@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,24 @@ int clock_gettime(clockid_t clock, struct timespec *now)
 """
 
 
+# Publishes a clock that runs, steps back and stops, as soon as somebody uses it.
+CLOCK = """
+import time
+import rclpy
+from builtin_interfaces.msg import Time
+from rosgraph_msgs.msg import Clock
+rclpy.init()
+node = rclpy.create_node("clock")
+publisher = node.create_publisher(Clock, "/clock", 10)
+while not publisher.get_subscription_count():
+    time.sleep(0.01)
+for sec in (1000, 1001, 1002, 1, 2, 2):
+    publisher.publish(Clock(clock=Time(sec=sec)))
+print("stopped", flush=True)
+rclpy.spin(node)
+"""
+
+
 def stamp_s(payload: bytes) -> int:
     return int(TYPES.deserialize_cdr(payload, TYPE).header.stamp.sec)  # type: ignore[attr-defined]
 
@@ -76,8 +95,9 @@ def test_diagnostics_go_on_when_the_clock_steps_back(
 
 
 @pytest.mark.parametrize("program", ["receiver", "products"])
-def test_diagnostics_go_on_in_real_time_when_no_clock_is_published(
-    program: str, config: Path
+@pytest.mark.parametrize("has_clock", [False, True])
+def test_diagnostics_go_on_in_real_time_with_any_clock_and_without_one(
+    program: str, config: Path, has_clock: bool
 ) -> None:
     began_s = int(time.time())
     child = (
@@ -85,7 +105,10 @@ def test_diagnostics_go_on_in_real_time_when_no_clock_is_published(
         if program == "receiver"
         else Child("-m", "ml2_receiver", "products", *SIM_TIME)
     )
-    with child, Subscriber("/diagnostics", TYPE) as subscriber:
+    with child, ExitStack() as stack:
+        if has_clock:
+            assert stack.enter_context(Child("-c", CLOCK)).line() == "stopped"
+        subscriber = stack.enter_context(Subscriber("/diagnostics", TYPE))
         for _ in range(2):
             assert stamp_s(subscriber.message()) >= began_s
         child.await_error(SAID)
