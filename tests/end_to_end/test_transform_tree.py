@@ -44,7 +44,7 @@ def test_transforms_end_and_begin_with_the_tracking_and_a_new_world_is_announced
     gap_ns, begin = max((b - a, a) for a, b in itertools.pairwise(heads))
     assert 0.8e9 < gap_ns < 1.6e9
     in_between = [at for at in stamps_of(received, CAMERA) if begin < at < begin + gap_ns]
-    assert len(in_between) > 15
+    assert len(in_between) > 5
     log = (tmp_path / "receiver.log").read_text()
     assert log.index("head tracking is lost") < log.index("head tracking is recovered")
     assert "head tracking has restarted" in log
