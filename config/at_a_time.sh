@@ -23,6 +23,8 @@ if ((${#failed[@]})); then
   grep --no-filename --extended-regexp \
     '\| (FAILED|ERROR) |<<< (FAILURE|ERROR)!|\*\*\*(Failed|Timeout|Exception)|\| [0-9]+\) (Failed|Error) :' \
     "${failed[@]}" | cut -c 1-300 | sort --unique | sed --quiet 1,30p >&2 || echo 'no test named itself' >&2
+  # A full disk or a busy machine is told by no test.
+  echo "$(df --human-readable --output=avail . | tail -1 | xargs) free on the disk, load average $(cut -d' ' -f1-3 /proc/loadavg)" >&2
   echo "failed: $(basename --multiple --suffix .failed "${failed[@]}" | xargs)" >&2
   exit 1
 fi
