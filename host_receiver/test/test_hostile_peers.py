@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from itertools import cycle
 
 import pytest
@@ -33,14 +33,19 @@ HOSTILE = "hostile"
 
 
 @contextmanager
-def pretender() -> Iterator[None]:
-    """Publishes, in the receiver's name, rows that no receiver has."""
+def publishing(*messages: list[DiagnosticStatus]) -> Iterator[None]:
+    """Publishes them again and again: those of the receiver itself replace them."""
     with tool_node("pretender") as node:
         publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 100)
-        await_true(lambda: publisher.get_subscription_count() > 0)
-        for rows in (*HOSTILE_ROWS.values(), {HOSTILE: {"is": "\x1b]52;c;aGk=\x07"}}):
-            publisher.publish(DiagnosticArray(status=[status(*it) for it in rows.items()]))
-        yield
+        following = cycle(DiagnosticArray(status=rows) for rows in messages)
+        with repeated(lambda: publisher.publish(next(following)), 0.05):
+            yield
+
+
+def pretender() -> AbstractContextManager[None]:
+    """Publishes, in the receiver's name, rows that no receiver has."""
+    every = (*HOSTILE_ROWS.values(), {HOSTILE: {"is": "\x1b]52;c;aGk=\x07"}})
+    return publishing(*([status(*it) for it in rows.items()] for rows in every))
 
 
 def status(name: str, values: dict[str, str]) -> DiagnosticStatus:
@@ -80,18 +85,26 @@ def test_nodes_of_tools_go_on_whatever_other_nodes_publish() -> None:
         watch.close()
 
 
-def test_of_very_many_receivers_only_the_newest_are_remembered() -> None:
+@pytest.fixture
+def watch() -> Iterator[DiagnosticsNode]:
     watch = DiagnosticsNode()
-    try:
-        with tool_node("pretender") as node:
-            publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 100)
-            await_true(lambda: publisher.get_subscription_count() > 0)
-            names = [f"r{number}/ml2_receiver: session" for number in range(200)]
-            rows = [DiagnosticStatus(name=it, level=b"\0") for it in names]
-            publisher.publish(DiagnosticArray(status=rows))
-            watch.rows("r199", LIMIT_S)
-        assert "session" in watch.rows("r150", 0)
-        with pytest.raises(RosError, match="no such receiver"):
-            watch.rows("r100", 0)
-    finally:
-        watch.close()
+    yield watch
+    watch.close()
+
+
+def test_of_very_many_receivers_only_the_newest_are_remembered(watch: DiagnosticsNode) -> None:
+    names = [f"r{number}/ml2_receiver: session" for number in range(200)]
+    with publishing([DiagnosticStatus(name=it, level=b"\0") for it in names]):
+        watch.rows("r199", LIMIT_S)
+    assert "session" in watch.rows("r150", 0)
+    with pytest.raises(RosError, match="no such receiver"):
+        watch.rows("r100", 0)
+
+
+@pytest.mark.parametrize("name", ["a b", "/x\x1b[2J", f"/{'x' * 240}", "/x[/y]"])
+def test_a_node_with_an_impossible_name_is_no_receiver(watch: DiagnosticsNode, name: str) -> None:
+    with (
+        publishing([status("session", {"node": name})]),
+        pytest.raises(RosError, match="expected the name of a node"),
+    ):
+        watch.node_name("", LIMIT_S)

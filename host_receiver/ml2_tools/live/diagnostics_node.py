@@ -7,15 +7,19 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
 from rclpy.context import Context
+from rclpy.exceptions import NameValidationException
 from rclpy.qos import QoSProfile
+from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from ml2_receiver.errors import NO_RECEIVER_HINT, RosError
+from ml2_receiver.printable import printable
 from ml2_receiver.ros.context import tool_node
 
 from .diagnostics import TYPE, Rows, read_diagnostics
 from .raw_taker import RawSubscription, RawTaker
 
 _DEPTH = 10
+_LONGEST_SERVICE = "set_parameters_atomically"
 # Any node can publish rows of more: the least recent receivers are forgotten.
 _MOST_RECEIVERS, _MOST_PROCESSES = 64, 16  # the latter of one name
 
@@ -84,10 +88,18 @@ class DiagnosticsNode:
         """Returns the full name of a receiver's node, of which its parameters and services are.
 
         Raises:
-            RosError: as rows().
+            RosError: as rows(), or another node says that it is the receiver.
         """
         usual = f"/{receiver}/ml2_receiver" if receiver else "/ml2_receiver"
-        return self.rows(receiver, timeout_s).get("session", {}).get("node", usual)
+        name = self.rows(receiver, timeout_s).get("session", {}).get("node", usual)
+        try:
+            validate_full_topic_name(f"{name}/{_LONGEST_SERVICE}")
+        except NameValidationException as error:
+            raise RosError(
+                f"expected the name of a node in /diagnostics, found {printable(name, 100)}",
+                hint="Another node seems to publish in the receiver's name.",
+            ) from error
+        return name
 
     def processes(self, receiver: str, count: int, timeout_s: float) -> Sequence[str]:
         """Returns the processes heard of with a receiver's name, such as "desk (pid 4711)".
