@@ -27,7 +27,7 @@ NO_TYPE = 99
 
 
 class FailingControl:
-    """A Control whose first report fails, and whose begin() always does."""
+    """A ReceiverControl whose first report fails, and whose begin() always does."""
 
     def __init__(self) -> None:
         self.reports = 0

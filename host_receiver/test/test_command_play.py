@@ -20,7 +20,7 @@ from ml2_receiver.transport.access import PairedOnly
 from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.playback.answers import Repertoire
 from ml2_tools.playback.lane import Destination
-from ml2_tools.playback.session import Session
+from ml2_tools.playback.session import PlaybackSession
 from playback_scene import receiving, to, write_custom
 from refusals import refusal
 from ros_processes import Child
@@ -64,7 +64,7 @@ def test_a_receiver_that_is_busy_is_an_error(bag: Path, tmp_path: Path) -> None:
         repertoire = Repertoire.of(BagReader(bag), load_table())
         host, _, port = server.address.rpartition(":")
         destination = Destination((host, int(port)), None)
-        first = Session(destination, "another", repertoire, pytest.fail, threading.Event())
+        first = PlaybackSession(destination, "another", repertoire, pytest.fail, threading.Event())
         other = bag_scene.written(tmp_path / "other", [])
         assert "the receiver refuses: busy" in refusal("play", other, *to(server))
         first.finish()

@@ -24,7 +24,7 @@ from ml2_receiver.commands.zenoh_start import zenoh_output
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.errors import ZenohError
 from ml2_receiver.session.demand import STAYS_S
-from ml2_receiver.topics.control import Control
+from ml2_receiver.topics.control import ReceiverControl
 from ml2_receiver.topics.fan_out import FanOut
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Configure
@@ -148,9 +148,13 @@ def test_a_renamed_node_has_its_name_in_the_graph_of_zenoh(
     node = ("-r", "__node:=headset", "-r", "__ns:=/robot1")
     with start(config, endpoint, "--ros-args", *node) as receiver:
         receiver.await_error(f"Zenoh: connected to {endpoint}")
-        tokens = [it.ok.key_expr for it in router.liveliness().get("@ros2_lv/**") if it.ok]
-        assert tokens
-        assert {tuple(str(it).split("/")[7:9]) for it in tokens} == {("%robot1", "headset")}
+
+        def names() -> set[tuple[str, ...]]:
+            tokens = router.liveliness().get("@ros2_lv/**")
+            return {tuple(str(it.ok.key_expr).split("/")[7:9]) for it in tokens if it.ok}
+
+        await_true(lambda: bool(names()))  # the router learns of them after the connection
+        assert names() == {("%robot1", "headset")}
 
 
 @contextlib.contextmanager
@@ -333,7 +337,7 @@ def test_plaintext_to_another_machine_is_warned_of(
     capsys: pytest.CaptureFixture[str], endpoint: str, is_warned: bool
 ) -> None:
     options = argparse.Namespace(zenoh=endpoint, zenoh_config=None)
-    sinks, control = FanOut([FakeSink()]), create_autospec(Control)
+    sinks, control = FanOut([FakeSink()]), create_autospec(ReceiverControl)
     zenoh_output(options, parse_config(CONFIG.encode()), sinks, control, "it")
     error = capsys.readouterr().err
     assert (f"WARNING: {endpoint.partition('#')[0]}: no encryption" in error) == is_warned

@@ -52,6 +52,6 @@ def sender(device: MockDevice, topic: Topic, payload: bytes) -> Callable[[], Non
 
     def send() -> None:
         frame[_SEQUENCE] = next(numbers).to_bytes(4, "little")
-        device.wires[topic.lane].socket.sendall(frame)
+        device.wires[topic.lane.name].socket.sendall(frame)
 
     return send

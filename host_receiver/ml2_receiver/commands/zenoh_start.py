@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ..configuration.config import Config
 from ..errors import PackageError, ZenohError
 from ..table.reader import load_table
-from ..topics.control import Control
+from ..topics.control import ReceiverControl
 from ..topics.fan_out import FanOut
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def zenoh_output(
     options: argparse.Namespace,
     config: Config,
     sinks: FanOut,
-    control: Control,
+    control: ReceiverControl,
     node: str,
     remapped: Callable[[str], str] = str,
 ) -> "ZenohOutput | None":

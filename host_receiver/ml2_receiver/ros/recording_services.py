@@ -14,7 +14,7 @@ from ..recording.recorder import Progress
 from ..recording.recording import Recording, summary
 from ..session.report import Report
 from ..table.reader import load_table
-from ..topics.control import Control
+from ..topics.control import ReceiverControl
 from ..topics.diagnostics import Level, Row
 from ..topics.fan_out import FanOut
 from .outcome import Outcome, trigger
@@ -37,7 +37,9 @@ class RecordingServices:
     Used by the node's executor, but rows().
     """
 
-    def __init__(self, node: ParameterNode, control: Control, prefix: str, sinks: FanOut) -> None:
+    def __init__(
+        self, node: ParameterNode, control: ReceiverControl, prefix: str, sinks: FanOut
+    ) -> None:
         self._node, self._control, self._prefix, self._sinks = node, control, prefix, sinks
         self._recording: Recording | None = None
         self._is_over = False

@@ -8,13 +8,13 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..configuration.config_file import ConfigFile
 from ..table.reader import load_table
-from ..topics.control import Control
+from ..topics.control import ReceiverControl
 from .outcome import Outcome, trigger
 from .parameters import ParameterNode
 from .save_service import add_save_service
 
 
-def add_services(node: ParameterNode, control: Control, file: ConfigFile) -> None:
+def add_services(node: ParameterNode, control: ReceiverControl, file: ConfigFile) -> None:
     """~/start, ~/stop, ~/test_link, ~/save_config, ~/reload, ~/enable_<section> where it can be.
 
     They answer with what ROS's parameter services would, and log nothing themselves.

@@ -18,7 +18,7 @@ from ..session.sink import Applied, Publish
 from ..table.reader import load_table
 from ..table.stream_table import Topic
 from ..topics.config_topic import config_text
-from ..topics.control import Control
+from ..topics.control import ReceiverControl
 from ..topics.diagnostics import Diagnostics, security_row
 from ..topics.fan_out import FanOut
 from .calibration_services import add_calibration_services
@@ -50,7 +50,7 @@ class RosSink:
     def __init__(
         self,
         node: RosNode,
-        control: Control,
+        control: ReceiverControl,
         file: ConfigFile,
         calibrate: Callable[[Mapping[str, Calibration]], None],
         sinks: FanOut,

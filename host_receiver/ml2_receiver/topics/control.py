@@ -8,7 +8,7 @@ from ..session.streams import Request
 from ..wire.messages import Link
 
 
-class Control(Protocol):
+class ReceiverControl(Protocol):
     """The Server, as the node sees it. Thread-safe."""
 
     def report(self) -> Report | None:

@@ -13,7 +13,7 @@ from ..table.stream_table import Topic
 
 
 @dataclass
-class _Route:
+class _Outlet:
     """The publishers of a topic; `kept` has the payloads for sinks that are added later."""
 
     publishers: tuple[tuple[Sink, Publish], ...]
@@ -30,51 +30,51 @@ class FanOut:
     def __init__(self, sinks: Sequence[Sink]) -> None:
         self._sinks = list(sinks)
         self._lock = threading.RLock()
-        self._routes: dict[Topic, _Route] = {}
+        self._outlets: dict[Topic, _Outlet] = {}
         self._applied: Applied | None = None
 
     def add(self, sink: Sink) -> None:
         """Adds a sink."""
         with self._lock:
             self._sinks.append(sink)
-            for topic, route in self._routes.items():
-                route.publishers += tuple(self._opened(topic, [sink]))
+            for topic, outlet in self._outlets.items():
+                outlet.publishers += tuple(self._opened(topic, [sink]))
             if self._applied is not None:
                 sink.configured(self._applied)
-            for route in self._routes.values():
-                for payload in route.kept:
-                    _publish(bytearray(payload), [it for it in route.publishers if it[0] is sink])
+            for outlet in self._outlets.values():
+                for payload in outlet.kept:
+                    _publish(bytearray(payload), [it for it in outlet.publishers if it[0] is sink])
 
     def remove(self, sink: Sink) -> None:
         """Removes a sink; a payload may still be in transit to it."""
         with self._lock:
             self._sinks.remove(sink)
-            for route in self._routes.values():
-                route.publishers = tuple(it for it in route.publishers if it[0] is not sink)
+            for outlet in self._outlets.values():
+                outlet.publishers = tuple(it for it in outlet.publishers if it[0] is not sink)
 
     def open(self, topic: Topic) -> Publish:
         """Opens the topic on each sink that can; events say why others cannot."""
         qos = load_table().qos[topic.qos]
         with self._lock:
             publishers = tuple(self._opened(topic, self._sinks))
-            route = self._routes.setdefault(topic, _Route((), deque(maxlen=qos.depth)))
-            route.publishers = publishers
+            outlet = self._outlets.setdefault(topic, _Outlet((), deque(maxlen=qos.depth)))
+            outlet.publishers = publishers
 
         def publish(payload: bytearray) -> None:
-            _publish(payload, route.publishers)
+            _publish(payload, outlet.publishers)
 
         def publish_latched(payload: bytearray) -> None:
             with self._lock:  # So that a sink that is being added gets it once
-                route.kept.append(bytes(payload))
-                _publish(payload, route.publishers)
+                outlet.kept.append(bytes(payload))
+                _publish(payload, outlet.publishers)
 
         return publish_latched if qos.durability == "transient_local" else publish
 
     def configured(self, applied: Applied) -> None:
         with self._lock:
             self._applied = applied
-            for topic in self._routes.keys() - set(applied.topics):
-                del self._routes[topic]
+            for topic in self._outlets.keys() - set(applied.topics):
+                del self._outlets[topic]
             for sink in self._sinks:
                 sink.configured(applied)
 

@@ -13,7 +13,7 @@ import zenoh
 
 from ..errors import PublishError
 from ..table.stream_table import StreamTable
-from ..topics.control import Control
+from ..topics.control import ReceiverControl
 from ..topics.diagnostics import Diagnostics, security_row
 from ..topics.fan_out import FanOut
 from ..topics.plain_messages import encode_statuses
@@ -64,7 +64,7 @@ class ZenohOutput:
         identity: Identity,
         table: StreamTable,
         sinks: FanOut,
-        control: Control,
+        control: ReceiverControl,
     ) -> None:
         self._config, self._endpoint, self._identity = config, endpoint, identity
         self._table, self._sinks, self._control = table, sinks, control

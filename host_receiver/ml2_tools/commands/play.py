@@ -25,7 +25,7 @@ from ..errors import PlaybackError
 from ..playback.answers import Repertoire
 from ..playback.lane import Destination
 from ..playback.player import Player
-from ..playback.session import Session
+from ..playback.session import PlaybackSession
 from ..playback.timeline import Timeline
 from .keys import LEFT, RIGHT, Keys
 from .reading import add_headset, say_apart, say_left_out
@@ -113,7 +113,7 @@ def _run(options: argparse.Namespace) -> int:
     timeline = _timeline(reader, options)
     identity = None if options.insecure else Identity.of(options.keys)
     with _clock(timeline) if options.clock else nullcontext():
-        session = Session(
+        session = PlaybackSession(
             Destination(options.receiver, identity),
             reader.config.headset,
             repertoire,
@@ -155,7 +155,7 @@ def _clock(timeline: Timeline) -> AbstractContextManager[object]:
 
 def _play(
     player: Player,
-    session: Session,
+    session: PlaybackSession,
     timeline: Timeline,
     stopping: threading.Event,
     *,

@@ -61,7 +61,7 @@ class StreamStatus:
 
 
 @dataclass(frozen=True)
-class Answer(JsonBody):
+class Reply(JsonBody):
     """One line of the app's answer; `more` lines follow."""
 
     request: str
@@ -104,7 +104,7 @@ def grant(permission: str) -> None:
     shell("pm", "grant", PACKAGE, permission)
 
 
-def _send_command(action: str, run: Callable[..., str] = shell, **extras: str) -> Sequence[Answer]:
+def _send_command(action: str, run: Callable[..., str] = shell, **extras: str) -> Sequence[Reply]:
     """Sends a command with extras, and returns the app's answer.
 
     Raises:
@@ -118,32 +118,32 @@ def _send_command(action: str, run: Callable[..., str] = shell, **extras: str) -
     output = run("am", "start-foreground-service", *service, *options)
     if "Error" in output:
         raise AdbError("the app is not on the headset", hint=_INSTALL_HINT)
-    answers = _answers(request)
-    for answer in answers:
-        if answer.error is not None:
-            raise AdbError(f"the app: {answer.error}")
-    return answers
+    replies = _replies(request)
+    for reply in replies:
+        if reply.error is not None:
+            raise AdbError(f"the app: {reply.error}")
+    return replies
 
 
-def _answers(request: str) -> Sequence[Answer]:
+def _replies(request: str) -> Sequence[Reply]:
     deadline = time.monotonic() + _ANSWER_TIMEOUT_S
     while time.monotonic() < deadline:
-        answers = _logged_answers(request)
-        if answers and answers[-1].more == 0:
-            return answers
+        replies = _logged_replies(request)
+        if replies and replies[-1].more == 0:
+            return replies
         time.sleep(_POLL_S)
     message = f"the app did not answer within {_ANSWER_TIMEOUT_S:.0f} s"
     raise AdbError(message, hint=_INSTALL_HINT)
 
 
-def _logged_answers(request: str) -> Sequence[Answer]:
+def _logged_replies(request: str) -> Sequence[Reply]:
     """Returns the lines of the answer to `request` that are in Android's log so far.
 
     Other apps can write into the log, but they do not know the random `request`.
     """
     log = adb("logcat", "-d", "-v", "raw", "-s", "ml2-sensors:I")
     try:
-        return [Answer.parse(it.encode()) for it in log.splitlines() if f'"{request}"' in it]
+        return [Reply.parse(it.encode()) for it in log.splitlines() if f'"{request}"' in it]
     except ProtocolError as error:
         message = f"the app's answer does not fit this version of the receiver: {error.message}"
         raise AdbError(message, hint=_INSTALL_HINT) from error

@@ -12,7 +12,7 @@ from ml2_receiver.wire.frame import CDR_ENCAPSULATION
 
 from ..bags.bag_reader import BagMessage, BagReader
 from .answers import Repertoire
-from .session import Session
+from .session import PlaybackSession
 from .timeline import Timeline
 
 # The longest wait before the player notices a pause, a jump or a stop.
@@ -30,7 +30,11 @@ class Player:
     """
 
     def __init__(
-        self, reader: BagReader, repertoire: Repertoire, session: Session, timeline: Timeline
+        self,
+        reader: BagReader,
+        repertoire: Repertoire,
+        session: PlaybackSession,
+        timeline: Timeline,
     ) -> None:
         self.sent = self.sent_bytes = 0
         self.unsent = Counter[str]()

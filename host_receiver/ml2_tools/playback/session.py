@@ -43,7 +43,7 @@ _LONGEST_S = 3600.0
 _SHOWN_CHARACTERS = 60
 
 
-class Session:
+class PlaybackSession:
     """A session from HELLO to BYE; the caller must call finish().
 
     One thread answers the receiver's requests, another sends STATUS each second. The stamps are
