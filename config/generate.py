@@ -53,7 +53,7 @@ def outputs() -> Iterator[tuple[Path, str]]:
     yield ROOT / "docs/configuration.md", configuration_page(table)
     yield README, with_table(README, "sensors", sensor_table(table))
     if SECURITY.exists():  # the tests of this script copy what the other tables need alone
-        yield SECURITY, with_table(SECURITY, "tried", tried_table(ROOT / "host_receiver/test"))
+        yield SECURITY, with_table(SECURITY, "tried", tried_table(ROOT))
 
     version = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")
     yield PYTHON / "generated/__init__.py", ""

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
-# Who tries, and the files of host_receiver/test that are about it.
+_PYTHON = "host_receiver/test"
+_KOTLIN = "ml2-sensors-aar/src/test/kotlin/dev/ml2sensors"
+# Who tries, and the files that are about it: of _PYTHON, or of _KOTLIN with their folder.
 _TRIED = {
     "anybody on the network": (
         "test_malicious_peers",
@@ -15,17 +18,25 @@ _TRIED = {
         "test_secure_server",
     ),
     "a paired headset": ("test_frame", "test_messages", "test_event_limit", "test_printable"),
+    "a receiver, to a headset": (
+        "wire/PrintableTest",
+        "session/DiscoveredReceiverTest",
+        "stream/Ml2StreamerTest",
+        "stream/BackOffTest",
+    ),
     "a receiver, to `play`": ("test_play_extremes",),
     "whoever made a file that is read": (
         "test_bag_forms",
         "test_calibration",
         "test_special_files",
+        "test_images",
     ),
     "another node of the ROS domain": (
         "test_eye_cameras",
         "test_save_config",
         "test_callback_failures",
         "test_viewing_hostile",
+        "test_hostile_peers",
     ),
     "a subscriber in ROS or on Zenoh": ("test_demand",),
     "a browser, or a program of this machine": (
@@ -34,15 +45,16 @@ _TRIED = {
     ),
     "another user of this machine": ("test_private_files",),
     "the clock of this machine": ("test_clocks",),
+    "a lossy link": ("test_doctor_delivery",),
     "whatever hangs while a command ends": ("test_stopping", "test_command_stops"),
 }
 
 
-def tried_table(tests: Path) -> Iterator[str]:
+def tried_table(root: Path) -> Iterator[str]:
     """Yields the lines of the table.
 
     Args:
-        tests: the folder of the files.
+        root: the folder of the checkout.
 
     Raises:
         OSError: one of the files is missing.
@@ -51,12 +63,19 @@ def tried_table(tests: Path) -> Iterator[str]:
     yield "|---|---|---|"
     for by, files in _TRIED.items():
         for file in files:
-            path = tests / f"{file}.py"
-            link = f"[{file}](host_receiver/test/{file}.py)"
-            yield f"| {by} | {'<br>'.join(_sentences(path))} | {link} |"
+            path = f"{_KOTLIN}/{file}.kt" if "/" in file else f"{_PYTHON}/{file}.py"
+            text = (root / path).read_text("utf-8")
+            sentences = _of_kotlin(text) if "/" in file else _of_python(text)
+            link = f"[{file.rpartition('/')[2]}]({path})"
+            yield f"| {by} | {'<br>'.join(sentences)} | {link} |"
 
 
-def _sentences(file: Path) -> Iterator[str]:
-    for node in ast.parse(file.read_text("utf-8")).body:
+def _of_python(text: str) -> Iterator[str]:
+    for node in ast.parse(text).body:
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
             yield node.name.removeprefix("test_").replace("_", " ")
+
+
+def _of_kotlin(text: str) -> Iterator[str]:
+    for name in re.findall(r"@(?:Parameterized)?Test\b(?:\s*@.*)*\s*fun (\w+)\(", text):
+        yield re.sub("([A-Z])", r" \1", name).lower()
