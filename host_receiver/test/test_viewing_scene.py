@@ -71,6 +71,15 @@ def test_cameras_of_a_rig_move_with_the_head_of_a_named_receiver() -> None:
     assert shown(scene)["cameras"]["depth"]["pose"][12:15] == [1.5, 0, 0]
 
 
+def test_the_parent_of_each_frame_is_told() -> None:
+    # What is not published any more is not in the tree; what is static stays.
+    for now_s, passing in ((100, {"head_frame": WORLD}), (200, {})):
+        scene = Scene("")
+        take_transforms(scene, "/tf_static", transform("head_frame", "tag", (0, 0, 1)), at_s=1)
+        take_transforms(scene, "/tf", transform(WORLD, "head_frame", (1, 2, 3)))
+        assert shown(scene, now_s)["parents"] == {"tag": "head_frame", **passing}
+
+
 def test_the_corners_of_a_lens_are_directions() -> None:
     scene = Scene("")
     take_lens(scene, "depth", 4, 4, 2.0)
@@ -265,7 +274,8 @@ def test_points_have_the_colours_of_the_rgb_image_where_it_sees_them() -> None:
     jpeg.header.stamp.sec = 7
     color = NewestImage("color")
     color.take("sensor_msgs/msg/CompressedImage", serialize_message(jpeg))
-    points = points_in_world(scene, depth_image(np.full((40, 40), 2.0)).newest, color.newest, 1600)
+    depth = depth_image(np.full((40, 40), 2.0))
+    points = points_in_world(scene, depth.newest, color.newest, 1600)
     assert points is not None
     assert points.colours is not None
     # The world's +y is left. Near the edge, JPEG mixes the colours.
@@ -274,7 +284,7 @@ def test_points_have_the_colours_of_the_rgb_image_where_it_sees_them() -> None:
     assert points.colours[right] == pytest.approx(
         np.tile([0, 100, 0], (int(right.sum()), 1)), abs=12
     )
-    _, message = Cloud(scene).encoded(depth_image(np.full((40, 40), 2.0)), color)
+    _, message = Cloud(scene).encoded(depth, color)
     assert len(message) == 10 + 1600 * (12 + 3)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from contextlib import ExitStack
 
 import pytest
@@ -49,7 +50,7 @@ def test_dragging_and_arrow_keys_leave_the_head(page: Page, scene: Locator) -> N
     expect(orbit).to_have_attribute("aria-pressed", "true")
     follow.click()
     expect(orbit).to_have_attribute("aria-pressed", "false")
-    scene.locator("canvas").drag_to(scene.locator("ul"))
+    scene.locator("canvas").drag_to(scene.locator(".legend"))
     expect(orbit).to_have_attribute("aria-pressed", "true")
 
 
@@ -68,6 +69,42 @@ def test_a_frame_that_another_program_attaches_to_the_world_is_shown(
         publisher = node.create_publisher(TFMessage, "/tf_static", latched)
         publisher.publish(TFMessage(transforms=[robot]))
         expect(scene.get_by_role("list")).to_contain_text("robot_base_link")
+
+
+def test_two_clicks_on_points_measure_between_them(page: Page, scene: Locator) -> None:
+    scene.get_by_role("button", name="Top").click()
+    scene.get_by_role("button", name="Measure").click()
+    said, canvas = scene.get_by_role("status"), scene.locator("canvas")
+    box = canvas.bounding_box()
+    assert box is not None
+    found = set[str]()
+    # Points are somewhere in the view; a click beside them says so.
+    for row in range(6, 28, 2):
+        for column in range(6, 28, 4):
+            at = {"x": box["width"] * column / 32, "y": box["height"] * row / 32}
+            canvas.click(position=at)  # type: ignore[arg-type]
+            found.add(said.text_content() or "")
+        if any(re.fullmatch(r"\d+\.\d{3} m", it) for it in found):
+            break
+    assert any(re.fullmatch(r"\d+\.\d{3} m", it) for it in found), found
+    canvas.press("Escape")
+    expect(said).to_be_empty()
+
+
+def test_the_tree_has_the_frames_by_name(scene: Locator) -> None:
+    tree = scene.locator("details")
+    tree.locator("summary").click()
+    root = tree.get_by_role("treeitem").filter(has_text=re.compile("^magicleap_world"))
+    expect(root.get_by_role("treeitem").filter(has_text=re.compile("^head_frame"))).to_be_visible()
+    tree.locator("summary").click()
+
+
+def test_frusta_show_images_until_they_are_switched_off(page: Page, scene: Locator) -> None:
+    button = scene.get_by_role("button", name="Images")
+    button.click()
+    expect(button).to_have_attribute("aria-pressed", "false")
+    button.click()
+    expect(button).to_have_attribute("aria-pressed", "true")
 
 
 def test_points_come_while_the_image_of_depth_is_shown(browser: Browser, lab: Lab) -> None:

@@ -273,3 +273,24 @@ def now_ms(page: Page) -> float:
 def step_back(slider: Locator) -> bool:
     slider.press("ArrowLeft")
     return True
+
+
+def test_the_distance_between_two_places_is_measured(page: Page) -> None:
+    words = page.evaluate(
+        """async () => {
+          const { Measure } = await import("/measure.js");
+          const { PerspectiveCamera, Scene, Points } = await import("/three.min.js");
+          const figure = document.getElementById("scene");
+          const camera = new PerspectiveCamera();
+          const measure = new Measure(figure, new Scene(), camera, new Points(), () => {});
+          figure.querySelector("[data-measure]").click();
+          const output = figure.querySelector("output");
+          const words = [output.textContent];
+          for (const place of [[1, 2, 3], [1, 5, 7], [0, 0, 0]]) {
+            measure.take(place);
+            words.push(output.textContent);
+          }
+          return words;
+        }"""
+    )
+    assert words == ["choose a point", "choose another point", "5.000 m", "choose another point"]

@@ -34,6 +34,8 @@ _MOST_HZ = 15
 # What has not come for so long is not shown.
 _FRESH_S = 1.0
 _KEPT_POSES = 64
+# Any node may publish transforms.
+_MOST_PARENTS = 300
 # More than a hand has.
 _MOST_JOINTS = 100
 # Messages between these times are left out before they are decoded, which costs most. Transforms
@@ -68,6 +70,8 @@ class Scene:
         # The corners of an image are directions.
         self._lenses: dict[str, tuple[float, tuple[Lens, list[list[float]]]]] = {}
         self._infos: dict[str, Any] = {}
+        # The parent of each frame.
+        self._parents: dict[str, tuple[float, str]] = {}
         # The poses of the optical frame of each camera by stamp in ns.
         self._at: dict[str, OrderedDict[int, Pose]] = {}
         self._due_s: dict[str, float] = {}
@@ -100,6 +104,8 @@ class Scene:
             if not self._is_due(filled, at_s):
                 return
             message = decoder(type)(payload)
+            if filled in (TF, TF_STATIC):
+                self._take_parents(message, at_s if filled == TF else math.inf)
             if filled == TF:
                 self._take_transforms(message, at_s)
                 self._others.take(message, at_s + _FRESH_S)
@@ -186,6 +192,7 @@ class Scene:
             "gaze": poses.get(_GAZE),
             "hands": dict(_since(since_s, self._hands)),
             "cameras": cameras,
+            "parents": dict(_since(since_s, self._parents)),
             "frames": {name: _numbers(it) for name, it in self._others.poses(known, now_s).items()},
         }
 
@@ -196,6 +203,11 @@ class Scene:
             return False
         self._due_s[filled] = at_s + (_LENS_PERIOD_S if filled.startswith(_LENS) else _PERIOD_S)
         return True
+
+    def _take_parents(self, message: Any, at_s: float) -> None:
+        for it in message.transforms:
+            if it.child_frame_id in self._parents or len(self._parents) < _MOST_PARENTS:
+                self._parents[it.child_frame_id] = at_s, it.header.frame_id
 
     def _take_transforms(self, message: Any, at_s: float) -> None:
         for it in message.transforms:

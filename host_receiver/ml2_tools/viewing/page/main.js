@@ -40,7 +40,10 @@ const history = new History(
   {
     scene: (poses, trail) => scene.show(poses, trail),
     cloud: (places, colours) => scene.showCloud(places, colours),
-    image: (stream, jpeg, farMetres) => streams.draw(stream, jpeg, farMetres),
+    async image(stream, jpeg, farMetres) {
+      const canvas = await streams.draw(stream, jpeg, farMetres);
+      if (canvas) scene.showImage(stream, canvas);
+    },
   },
   (agoS) => {
     plots.look(agoS);

@@ -1,6 +1,8 @@
 // The 3D view: a camera that follows the head, turns around it, or looks from above.
 import { OrbitControls, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "./three.min.js";
 import { element } from "./elements.js";
+import { FrameTree } from "./frame_tree.js";
+import { Measure } from "./measure.js";
 import { SceneObjects } from "./scene_objects.js";
 
 // Metres from the head: as close as shows both hands.
@@ -12,7 +14,9 @@ const SMOOTHING = 0.3;
 export class SceneView {
   #figure = document.getElementById("scene");
   #canvas = this.#figure.querySelector("canvas");
-  #legend = this.#figure.querySelector("ul");
+  #legend = this.#figure.querySelector(".legend");
+  #images = this.#figure.querySelector("[data-images]");
+  #tree = new FrameTree(this.#figure.querySelector("details"));
   #hide = this.#figure.querySelector("[data-hide]");
   #views = [...this.#figure.querySelectorAll("[data-view]")];
   #view = "follow";
@@ -51,6 +55,13 @@ export class SceneView {
     for (const button of this.#views) {
       button.onclick = () => this.#choose(button.dataset.view, true);
     }
+    new Measure(this.#figure, this.#space, this.#camera, this.#objects.points, () => this.#draw());
+    this.#images.onclick = () => {
+      const isOn = this.#images.getAttribute("aria-pressed") !== "true";
+      this.#images.setAttribute("aria-pressed", String(isOn));
+      this.#objects.setImagesVisible(isOn);
+      this.#draw();
+    };
     this.#hide.onclick = () => this.#switch();
     new ResizeObserver(() => this.#resize()).observe(this.#canvas);
     new IntersectionObserver(([entry]) => {
@@ -69,6 +80,7 @@ export class SceneView {
   show(scene, trail) {
     this.#objects.show(scene, trail);
     this.#showLegend();
+    this.#tree.show(scene.parents);
     this.#head = scene.head;
     if (this.#head && !this.#isPlaced) {
       this.#isPlaced = true;
@@ -80,6 +92,11 @@ export class SceneView {
   // What comes next may be of another time.
   forgetTrail() {
     this.#objects.forgetTrail();
+  }
+
+  // Shows what is on a canvas in the frustum of a camera.
+  showImage(stream, canvas) {
+    if (this.wanted.length) this.#objects.showImage(stream, canvas);
   }
 
   showCloud(places, colours) {

@@ -1,7 +1,10 @@
 // What is in the 3D view, in metres in the world frame: x forward, y left, z up.
+import { Frustum } from "./frustum.js";
+import { label } from "./label.js";
+import { Places } from "./places.js";
 import {
-  AxesHelper, BufferAttribute, BufferGeometry, Color, GridHelper, InstancedMesh, Line, LineBasicMaterial, LineSegments,
-  Matrix4, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, SRGBColorSpace,
+  AxesHelper, BufferAttribute, Color, GridHelper, InstancedMesh, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh,
+  MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, SRGBColorSpace,
 } from "./three.min.js";
 
 // Each can be told from a light ground and from a dark one.
@@ -12,7 +15,6 @@ const HANDS = { hand_left: "#e8622c", hand_right: "#1fa35f" };
 const CAMERAS = ["#2f80ed", "#a45bd6", "#12a5ab", "#5a9e1b", "#d9607a", "#b08d1e", "#6a74e0"];
 const TRAIL_MS = 30000;
 const MOST_TRAIL = 1000;
-const FRUSTUM_M = 0.3;
 const GAZE_M = 2;
 const JOINT_M = 0.006;
 const FRAME_M = 0.15;
@@ -29,6 +31,7 @@ export class SceneObjects {
   #head = new Mesh(new SphereGeometry(0.08, 10, 7), new MeshBasicMaterial(WIRES));
   #trail = new Places(Line, new LineBasicMaterial({ color: HEAD }), MOST_TRAIL);
   #passed = [];
+  #hasImages = true;
   #gaze = new Places(Line, new LineBasicMaterial({ color: GAZE }), 2);
   #cloud = new Places(Points, new PointsMaterial({ size: 2, sizeAttenuation: false, vertexColors: true }), 5000);
   #colours = new BufferAttribute(new Float32Array(5000 * 3), 3);
@@ -49,6 +52,20 @@ export class SceneObjects {
     for (const it of this.#hands.values()) space.add(it.joints, it.bones.object);
   }
 
+  // The points of the depth image, as an object.
+  get points() {
+    return this.#cloud.object;
+  }
+
+  showImage(stream, canvas) {
+    this.#cameras.get(stream)?.showImage(canvas);
+  }
+
+  setImagesVisible(isOn) {
+    this.#hasImages = isOn;
+    for (const it of this.#cameras.values()) it.image.visible = isOn;
+  }
+
   // Sets the colours of the background and of the grid.
   setTheme(ground, grid) {
     this.#space.background = new Color(ground);
@@ -62,10 +79,7 @@ export class SceneObjects {
     for (const [stream, camera] of this.#cameras) camera.object.visible = stream in cameras;
     for (const [stream, { pose, corners }] of Object.entries(cameras)) {
       if (!this.#cameras.has(stream)) this.#addCamera(stream);
-      const camera = this.#cameras.get(stream);
-      const far = corners.map((it) => it.map((value) => value * FRUSTUM_M));
-      camera.set(far.flatMap((it, index) => [[0, 0, 0], it, it, far[(index + 1) % 4]]));
-      camera.object.matrix.fromArray(pose);
+      this.#cameras.get(stream).show(pose, corners);
     }
     this.#showFrames(frames);
   }
@@ -109,7 +123,7 @@ export class SceneObjects {
         const colour = CAMERAS[this.#frames.size % CAMERAS.length];
         const object = new Mesh(PLACE, new MeshBasicMaterial({ color: colour }));
         object.matrixAutoUpdate = false;
-        object.add(new AxesHelper(FRAME_M));
+        object.add(new AxesHelper(FRAME_M), label(name, colour));
         this.#frames.set(name, { object, colour });
         this.#space.add(object);
       }
@@ -135,39 +149,10 @@ export class SceneObjects {
 
   #addCamera(stream) {
     const colour = CAMERAS[this.#cameras.size % CAMERAS.length];
-    const camera = new Places(LineSegments, new LineBasicMaterial({ color: colour }), 16);
-    camera.colour = colour;
-    camera.object.matrixAutoUpdate = false;
+    const camera = new Frustum(stream.replaceAll("_", " "), colour);
+    camera.image.visible = this.#hasImages;
     this.#cameras.set(stream, camera);
     this.#space.add(camera.object);
-  }
-}
-
-// An object of at most so many places.
-class Places {
-  count = 0;
-  #attribute;
-
-  constructor(Kind, material, most) {
-    this.#attribute = new BufferAttribute(new Float32Array(3 * most), 3);
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", this.#attribute);
-    this.object = new Kind(geometry, material);
-    // The bounds of what moves would have to be computed each time.
-    this.object.frustumCulled = false;
-    this.set([]);
-  }
-
-  set(places) {
-    this.setFlat(places.slice(-this.#attribute.count).flat());
-  }
-
-  setFlat(numbers) {
-    this.count = Math.min(numbers.length / 3, this.#attribute.count);
-    this.#attribute.array.set(numbers.slice(0, 3 * this.count));
-    this.#attribute.needsUpdate = true;
-    this.object.geometry.setDrawRange(0, this.count);
-    return this.count;
   }
 }
 

@@ -45,6 +45,7 @@ export class Streams {
     this.#askForImages();
   }
 
+  // Returns the canvas with the image; nothing if it is not shown.
   draw(stream, jpeg, farMetres) {
     return this.#tiles.get(stream)?.draw(jpeg, farMetres);
   }
@@ -163,6 +164,7 @@ class Tile {
       setText(this.#far, `${number(farMetres, 1)} m`);
     }
     image.close();
+    return this.isOn ? this.#canvas : undefined;
   }
 
   // Without a reason there is just no image.
