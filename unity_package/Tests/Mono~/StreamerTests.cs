@@ -166,10 +166,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public void Enable_PermissionDenied_StillStarts()
         {
-            Need(CameraNeeded);
-            _streamer.enabled = true;
-            Permission.Callbacks.Answer("android.permission.CAMERA", false);
-            Update();
+            EnableAndDenyCamera();
             AssertCalls("start \"\" {}");
         }
 
@@ -278,10 +275,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public void PermissionGranted_OutsideTheDialog_RestartsWhenTheAppIsInFrontAgain()
         {
-            Need(CameraNeeded);
-            _streamer.enabled = true;
-            Permission.Callbacks.Answer("android.permission.CAMERA", false);
-            Update();
+            EnableAndDenyCamera();
             _streamer.Send("OnApplicationFocus", true);
             Update();
             AssertCalls("start \"\" {}");
@@ -387,6 +381,14 @@ namespace Ml2Sensors.Tests
         }
 
         private void Need(string needs) => _bridge.Needs = needs;
+
+        private void EnableAndDenyCamera()
+        {
+            Need(CameraNeeded);
+            _streamer.enabled = true;
+            Permission.Callbacks.Answer("android.permission.CAMERA", false);
+            Update();
+        }
 
         private void Update() => _streamer.Send("Update");
 
