@@ -96,6 +96,11 @@ class Mcap:
     def attach(self, size: int) -> None:
         self._writer.add_attachment(0, 0, "notes", "text/plain", bytes(size))
 
+    @property
+    def index(self) -> Any:
+        """Of the chunks that are written."""
+        return self._writer._Writer__chunk_indices  # type: ignore[attr-defined]
+
     def flush(self) -> None:
         self._writer.flush()
 

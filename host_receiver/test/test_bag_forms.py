@@ -407,6 +407,16 @@ def test_a_large_attachment_is_passed_over(tmp_path: Path, monkeypatch: pytest.M
     assert read(tmp_path) == (len(ROWS), [])
 
 
+def test_an_index_of_wrong_times_is_told(tmp_path: Path) -> None:
+    """By which messages would be in no order, or skipped."""
+    mcap = Mcap(tmp_path / "a.mcap")
+    mcap.add(ROWS)
+    mcap.flush()
+    mcap.index[0].message_start_time += 10**9
+    mcap.close()
+    assert "its index has other times than the messages at byte" in refusal("play", tmp_path)
+
+
 def test_an_unknown_compression_is_not_called_damage(tmp_path: Path) -> None:
     file = tmp_path / "a.mcap"
     write(file, ROWS, compression=CompressionType.LZ4, index_types=IndexType.NONE)

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import lz4.frame  # type: ignore[import-untyped]
-import zstandard
 from mcap.exceptions import McapError, RecordLengthLimitExceeded
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
@@ -21,6 +20,7 @@ from mcap.records import Channel, Chunk, ChunkIndex, Footer, McapRecord, Message
 from mcap.stream_reader import MAGIC_SIZE, StreamReader, breakup_chunk
 from mcap.summary import Summary
 from mcap.writer import MCAP0_MAGIC
+from zstandard import ZstdError, frame_content_size
 
 from ml2_receiver.errors import RecordingError
 
@@ -35,15 +35,7 @@ _RECORD_HEAD = struct.Struct("<BQ")
 # Opcode and length of a record, then a channel and the size of the entries, of 16 B each.
 _MESSAGE_INDEX_BYTES, _MESSAGE_INDEX_ENTRY_BYTES = 15, 16
 # lz4 raises RuntimeError.
-_BROKEN = (
-    McapError,
-    OverflowError,
-    ValueError,
-    KeyError,
-    RuntimeError,
-    struct.error,
-    zstandard.ZstdError,
-)
+_BROKEN = McapError, OverflowError, ValueError, KeyError, RuntimeError, struct.error, ZstdError
 
 
 @dataclass
@@ -112,6 +104,11 @@ def read_messages(path: Path, part: Part) -> list[Message]:
         raise RecordingError(
             f"{path} is broken: byte {part.begin} begins {len(found)} messages, expected"
             f" {sum(part.counts.values())}"
+        )
+    if any(not part.begin_ns <= it.log_time <= part.end_ns for it in found):
+        raise RecordingError(
+            f"{path} is broken: its index has other times than the messages at byte {part.begin}",
+            hint=_RECOVER,
         )
     return found
 
@@ -278,7 +275,7 @@ def _is_truncated(path: Path, file: BoundedFile) -> bool:
 def _split_chunk(chunk: Chunk) -> list[McapRecord]:
     size = chunk.uncompressed_size
     if chunk.compression == "zstd":
-        size = max(size, zstandard.frame_content_size(chunk.data))
+        size = max(size, frame_content_size(chunk.data))
     if size > MAX_RECORD_BYTES:
         raise RecordingError(
             f"not supported: a chunk of {size} B, at most {MAX_RECORD_BYTES} B are"
