@@ -12,7 +12,9 @@ from configurations import only
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.configuration.whole_file import open_file, read_file, replace_file
-from ml2_receiver.errors import ConfigError
+from ml2_receiver.errors import ConfigError, KeysError
+from ml2_receiver.security.identity import Identity
+from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_tools.doctor.bundle import text_of
 from ros_processes import Child
 
@@ -68,6 +70,24 @@ def test_a_configuration_is_a_regular_file(special: Path, tmp_path: Path) -> Non
         with pytest.raises(ConfigError, match="cannot be written: expected a regular file"):
             file.save(config)
     assert "expected a regular file" in text_of(special)
+
+
+@pytest.mark.parametrize("name", ["receiver.key", "receiver.pem"])
+def test_a_key_is_a_regular_file(name: str, special: Path, tmp_path: Path) -> None:
+    Identity.of(tmp_path / "keys")
+    (tmp_path / "keys" / name).unlink()
+    (tmp_path / "keys" / name).symlink_to(special)
+    with pytest.raises(KeysError, match=f"{name}: expected a regular file"):
+        Identity.of(tmp_path / "keys")
+
+
+def test_a_paired_device_is_a_regular_file(special: Path, tmp_path: Path) -> None:
+    warnings: list[str] = []
+    folder = tmp_path / "keys" / "devices"
+    folder.mkdir(mode=0o755, parents=True)
+    (folder / f"{'0' * 64}.json").symlink_to(special)
+    assert PairedDevices(tmp_path / "keys", warnings.append).load() == []
+    assert "expected a regular file" in "".join(warnings)
 
 
 ZENOH = ("run", "--no-ros", "--insecure", "--zenoh", "tcp/127.0.0.1:9", "--zenoh-config")

@@ -47,6 +47,9 @@ class Identity:
                 private = ec.generate_private_key(ec.SECP256R1())
                 write(key, private_bytes(private))
                 write(certificate, self_signed(private, "ml2-receiver").public_bytes(Encoding.PEM))
+            for file in (key, certificate):
+                if file.exists() and not file.is_file():  # reading a pipe would wait for ever
+                    raise KeysError(f"{file}: expected a regular file", hint=REMOVE_HINT)
             if key.stat().st_mode & _OTHERS:
                 raise KeysError(
                     f"others can read the key in {key}",

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from ..configuration.whole_file import read_file
 from ..errors import KeysError, PairingError, file_hint
 from .folder import REMOVE_HINT, locked, write
 from .identity import fingerprint
 
 _SUFFIX = ".json"
+_MOST_BYTES = 64 * 1024
 
 
 def _warn(text: str) -> None:
@@ -110,7 +112,7 @@ class PairedDevices:
 
 def _read(file: Path) -> PairedDevice | None:
     try:
-        document = json.loads(file.read_text("utf-8"))
+        document = json.loads(read_file(file, _MOST_BYTES))
         certificate = ssl.PEM_cert_to_DER_cert(document.pop("certificate"))
         device = PairedDevice(**document, certificate=certificate)
         if not all(isinstance(it, str) for it in document.values()):
