@@ -60,6 +60,9 @@ class Scripted:
     def now_s(self) -> float:
         return self.clock_s
 
+    def unix_s(self, at_s: float) -> float:
+        return at_s
+
     def add(self, feed: Feed) -> None:
         self.feeds.append(feed)
 

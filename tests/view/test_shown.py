@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Illuminance, Joy
+from std_msgs.msg import String
 
 import bag_scene
 from lab import new_page
@@ -294,3 +295,14 @@ def test_the_distance_between_two_places_is_measured(page: Page) -> None:
         }"""
     )
     assert words == ["choose a point", "choose another point", "5.000 m", "choose another point"]
+
+
+def test_the_log_shows_its_newest_line_and_on_demand_all(page: Page, served: Served) -> None:
+    log = page.locator("#log")
+    for text in ("streams are started", "WARNING: <b>too hot</b>"):
+        served.source.bring("/magic_leap2/log", serialize_message(String(data=text)))
+    summary = log.locator("summary")
+    expect(summary).to_have_text(re.compile(r"^log: [\d:.]+ WARNING: <b>too hot</b>$"))
+    expect(log.get_by_role("listitem")).to_have_count(0)
+    summary.press("Enter")
+    expect(log.get_by_role("listitem")).to_contain_text(["too hot", "streams are started"])

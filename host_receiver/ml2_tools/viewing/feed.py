@@ -8,11 +8,12 @@ from enum import Enum, auto
 
 
 class Kind(Enum):
-    """How many messages of a topic matter: of TRANSFORMS and STATIC all, of others the newest."""
+    """How many messages matter: of TRANSFORMS, EVENTS and STATIC all, of others the newest."""
 
     IMAGE = auto()
     SENSOR = auto()
     TRANSFORMS = auto()
+    EVENTS = auto()
     LATCHED = auto()
     STATIC = auto()
 

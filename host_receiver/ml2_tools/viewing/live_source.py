@@ -31,6 +31,7 @@ _QOS = {
     Kind.IMAGE: QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
     Kind.SENSOR: QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
     Kind.TRANSFORMS: QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT),
+    Kind.EVENTS: QoSProfile(depth=_DEPTH),
     Kind.LATCHED: QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
     Kind.STATIC: QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL),
 }
@@ -78,6 +79,9 @@ class LiveSource:
 
     def now_s(self) -> float:
         return time.monotonic()
+
+    def unix_s(self, at_s: float) -> float:
+        return time.time() - self.now_s() + at_s
 
     def add(self, feed: Feed) -> None:
         def take(payload: bytes) -> None:

@@ -38,6 +38,7 @@ _HISTORIES = {
     Kind.IMAGE: History(1, 0),
     Kind.SENSOR: History(200, _LEAD_NS),
     Kind.TRANSFORMS: History(200, _LEAD_NS),
+    Kind.EVENTS: History(100, None),
     Kind.LATCHED: History(1, 0),
     Kind.STATIC: History(STATIC_DEPTH, None),
 }
@@ -108,6 +109,9 @@ class RecordedSource:
 
     def now_s(self) -> float:
         return (self._timeline.now_ns() - self._begin_ns) / _NANOS
+
+    def unix_s(self, at_s: float) -> float:
+        return self._begin_ns / _NANOS + at_s
 
     def add(self, feed: Feed) -> None:
         with self._lock:

@@ -22,6 +22,7 @@ from .cloud import CLOUD, Cloud
 from .feed import Feed, Kind
 from .fields import TopicField, plottable_topics, topic_fields
 from .full_image import FullImage, full_name
+from .log import Log
 from .newest_image import NewestImage
 from .plots import SENSOR_PLOTS, UNITS, Series
 from .scene import SCENE, TF, TF_STATIC, Scene
@@ -34,7 +35,7 @@ from .state import (
     topic_prefix,
 )
 
-_BATTERY, _CONFIG = "battery", "config"
+_BATTERY, _CONFIG, _LOG = "battery", "config", "log"
 _MOST_NAMED, _WARN = 5, 1
 
 
@@ -49,6 +50,9 @@ class Source(Protocol):
 
     def now_s(self) -> float:
         """Returns the present time of its clock in s, whose zero means nothing."""
+
+    def unix_s(self, at_s: float) -> float:
+        """Returns a time of its clock in s since 1970."""
 
     def add(self, feed: Feed) -> None:
         """Begins to take the messages of a topic; in a thread of its own."""
@@ -82,6 +86,7 @@ class View:
         images: the newest image of each stream, and that in full size by full_name().
         scene: the poses of the 3D view.
         cloud: the points of the 3D view.
+        log: the events of the topic `log`.
         series: the values of each plot.
         faults: what was left out because a message or a report is none that was foreseen.
     """
@@ -94,6 +99,7 @@ class View:
         self.images = {it: NewestImage(it) for it in self.streams} | self.full
         self.scene = Scene(receiver)
         self.cloud = Cloud(self.scene)
+        self.log = Log()
         self.series = {name: Series() for name in UNITS}
         self.faults = Faults()
         self._state: tuple[int, str] = 0, ""
@@ -182,6 +188,7 @@ class View:
             image.forget()
         self.scene.forget()
         self.cloud.forget()
+        self.log.forget()
         for series in self.series.values():
             series.forget()
 
@@ -222,7 +229,7 @@ class View:
             found |= self._in_scene
         found |= {it: self._fields[it].topic_and_type for it in shown & self._fields.keys()}
         if (prefix := topic_prefix(self._rows)) is not None:
-            found[_CONFIG] = f"{prefix}/config", "std_msgs/msg/String"
+            found |= {it: (f"{prefix}/{it}", "std_msgs/msg/String") for it in (_CONFIG, _LOG)}
         return {(name, topic): type for name, (topic, type) in found.items()}
 
     def _feed(self, name: str, topic: str, type: str) -> Feed:
@@ -244,6 +251,8 @@ class View:
             return Feed(topic, type, kind, partial(self.scene.take, name, type))
         if name == _CONFIG:
             return Feed(topic, type, Kind.LATCHED, self._configured)
+        if name == _LOG:
+            return Feed(topic, type, Kind.EVENTS, self._logged)
         if name == _BATTERY:
             return Feed(topic, type, Kind.SENSOR, partial(self._charged, decoder(type)))
         if name in SENSOR_PLOTS:
@@ -277,6 +286,11 @@ class View:
         with suppress(ValueError):
             share = decode(payload).percentage
             self._battery = f"{share * 100:.0f} %" if math.isfinite(share) else self._battery
+
+    def _logged(self, payload: bytes, at_s: float) -> None:
+        with suppress(ValueError):
+            words = decode_string(payload).decode(errors="replace")
+            self.log.add(self._source.unix_s(at_s), words)
 
     def _configured(self, payload: bytes, _: float) -> None:
         with suppress(ValueError, KeyError, AttributeError, TypeError, RecursionError):

@@ -18,6 +18,7 @@ from ml2_receiver.recording.message_definitions import DEFINITIONS
 from .cloud import CLOUD
 from .fields import fields_of
 from .full_image import full_name
+from .log import LOG
 from .newest_image import framed
 from .plots import SHOWN_S, UNITS
 from .requests import Pixel, RequestError, Seen, Show, Snapshot, Steer, Steered, parse_request
@@ -201,6 +202,7 @@ class Visitor:
         if CLOUD in shown:
             yield CLOUD, lambda: view.cloud.encoded(view.images["depth"], view.images["color"])
         yield _STATE, lambda: view.state
+        yield LOG, lambda: view.log.newest
         yield from self._steered.sources()
 
     def _may_send(self, kind: str) -> bool:

@@ -55,6 +55,7 @@ export function connect(handlers) {
       case "state":
       case "settings":
       case "pairing":
+      case "log":
       case "position":
         handlers[message.type](message);
         return message.type;

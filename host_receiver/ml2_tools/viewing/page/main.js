@@ -5,6 +5,7 @@ import { connect } from "./connection.js";
 import { Enlarged } from "./enlarged.js";
 import { Facts } from "./facts.js";
 import { History } from "./history.js";
+import { Log } from "./log.js";
 import { Pairing } from "./pairing.js";
 import { Plots } from "./plots.js";
 import { SceneView } from "./scene.js";
@@ -22,6 +23,7 @@ const actions = new Actions((request) => connection.send(request), changed);
 const scene = new SceneView(askForShown);
 const enlarged = new Enlarged(askForShown, (request) => connection.send(request));
 const pairing = new Pairing((request) => connection.send(request));
+const log = new Log();
 const snapshot = new Snapshot((request) => connection.send(request));
 let configuration = null;
 let streams = null;
@@ -108,6 +110,7 @@ const connection = connect({
     plots.setClock(position.at_s, position.is_playing ? position.rate : 0);
   },
   pairing: (news) => pairing.show(news),
+  log: (lines) => log.show(lines),
   settings: (settings) => configuration.show(settings),
   answer(answer) {
     timeLine?.answer();
