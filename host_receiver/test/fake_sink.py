@@ -7,6 +7,8 @@ from ml2_receiver.errors import PublishError
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.sink import Applied, Publish
 from ml2_receiver.table.stream_table import Topic
+from ml2_receiver.wire.frame import Frame
+from ml2_receiver.wire.opening_bodies import Open, Opened
 from waiting import LIMIT_S
 
 
@@ -69,3 +71,26 @@ class FakeSink:
         with self._changed:
             assert self._changed.wait_for(lambda: self.reports, LIMIT_S)
             return self.reports[-1]
+
+
+class FakeGraph:
+    """Opens every name, and keeps what comes; `bulk` decides the lane."""
+
+    def __init__(self) -> None:
+        self.closed: list[int] = []
+        self.received_numbers: list[tuple[int, int]] = []
+
+    def resolve(self, wanted: Open) -> str:
+        name = wanted.name or ""
+        if " " in name:
+            raise ValueError(f"{name!r} is no name")
+        return name
+
+    def open(self, wanted: Open, name: str) -> Opened:
+        return Opened(wanted.id, "opened", name=name, lane="bulk_1" if wanted.bulk else "ros")
+
+    def close(self, id: int) -> None:
+        self.closed.append(id)
+
+    def received(self, frame: Frame) -> None:
+        self.received_numbers.append((frame.header.channel, frame.header.sequence))

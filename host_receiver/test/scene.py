@@ -6,11 +6,13 @@ from types import MappingProxyType
 from typing import Any
 
 from fake_sink import FakeSink
+from ml2_receiver.configuration.app_rules import AppRules
 from ml2_receiver.errors import ProtocolError, PublishError
 from ml2_receiver.session.actions import Close, Ending, Log, Open, Send, SessionEnded
 from ml2_receiver.session.connection import Connection
 from ml2_receiver.session.event_limit import event_limits
 from ml2_receiver.session.host import Host
+from ml2_receiver.session.openings import Graph
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.sink import Applied
@@ -56,10 +58,15 @@ TOPICS = [
 IMAGE = TOPICS[0]
 
 
-def hello(device_id: str = "a", instance_id: str = "1", versions: tuple[int, ...] = (1,)) -> Hello:
-    return Hello(
-        list(versions), device_id, instance_id, f"{device_id} name", "test", Capabilities([]), {}
-    )
+def hello(
+    device_id: str = "a",
+    instance_id: str = "1",
+    versions: tuple[int, ...] = (1,),
+    *,
+    ros: bool | None = None,
+) -> Hello:
+    names = (device_id, instance_id, f"{device_id} name", "test")
+    return Hello(list(versions), *names, Capabilities([], ros), {})
 
 
 def channel(topic: Topic, number: int) -> Channel:
@@ -89,12 +96,15 @@ class Scene:
         is_paused: bool = False,
         excluded: Mapping[str, str] = MappingProxyType({}),
         link: Link | None = None,
+        app: AppRules | None = None,
+        graph: Graph | None = None,
     ) -> None:
         self.now_s = 100.0
         self.sink = FakeSink()
         self.actions: list[Send | Close] = []
         self.desired = DesiredStreams(REQUEST, is_paused, (), excluded, link)
-        self.host = Host(ReceiverSettings("host", "test", excluded=excluded))
+        settings = ReceiverSettings("host", "test", excluded=excluded)
+        self.host = Host(replace(settings, app=app or AppRules(), graph=graph))
         self._limits = event_limits(self.sink.event, lambda: self.now_s)
         self.welcome: Welcome
         self.control: Connection

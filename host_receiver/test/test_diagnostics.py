@@ -38,6 +38,7 @@ def test_the_session_has_a_row(watch: Watch) -> None:
         "headset": "Zoë",
         "device_id": "id",
         "skipped_frames": "3",
+        "late_frames": "0",
         "final": "true",
         "software": "",
         "capabilities": "",

@@ -28,6 +28,16 @@ KINDS = {
     "PAIR_CHALLENGE": 60,
     "PAIR": 61,
     "PAIRED": 62,
+    "OPEN": 96,
+    "OPENED": 97,
+    "CLOSE": 98,
+    "CLOSED": 99,
+    "TAKEN": 112,
+    "MESSAGE": 128,
+    "POSE": 129,
+    "REQUEST": 130,
+    "RESPONSE": 131,
+    "FAILURE": 132,
 }
 
 KIB = 1024
@@ -45,6 +55,11 @@ BOUNDS = dict.fromkeys(KINDS, 4 * KIB) | {
     "TIME_REPLY": 24,
     "PING": 0,
     "PONG": 0,
+    "TAKEN": 0,
+    "MESSAGE": 16 * KIB * KIB,
+    "POSE": 64,
+    "REQUEST": 64 * KIB,
+    "RESPONSE": 64 * KIB,
 }
 SENSORS_DATA_BOUND = 64 * KIB
 

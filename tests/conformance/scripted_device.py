@@ -9,7 +9,16 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
-from bodies import CHANNELS, CONFIGURED, HELLO, REQUEST, SESSION, STRING_PAYLOAD, TICKET
+from bodies import (
+    CHANNELS,
+    CONFIGURED,
+    HELLO,
+    OPENINGS,
+    REQUEST,
+    SESSION,
+    STRING_PAYLOAD,
+    TICKET,
+)
 from frame_bytes import KINDS, frame, json_frame
 from waiting import LIMIT_S
 
@@ -102,11 +111,13 @@ class ScriptedDevice:
         session: str = self._welcome["session"]
         return session
 
-    def reach(self, given: str) -> None:
-        """Goes from `connected` to `welcomed`, `configuring` or `streaming`."""
+    def reach(self, given: str, *, ros: bool = False) -> None:
+        """Goes from `connected` to `welcomed`, `configuring`, `streaming` or `opened`."""
         self.lanes["control"] = Peer(self._address)
-        instance = {"instance_id": secrets.token_hex(8)}
-        self.control.send(json_frame("HELLO", HELLO | instance))
+        changes: dict[str, Any] = {"instance_id": secrets.token_hex(8)}
+        if ros or given == "opened":
+            changes["capabilities"] = HELLO["capabilities"] | {"ros": True}
+        self.control.send(json_frame("HELLO", HELLO | changes))
         self._welcome = self.control.expect("WELCOME").json
         if given == "welcomed":
             return
@@ -121,6 +132,12 @@ class ScriptedDevice:
             self.control.send(json_frame("CHANNEL", body))
         self.control.send(json_frame("CONFIGURED", CONFIGURED | {"request": self._request}))
         self.control.expect("START")
+        if given == "opened":
+            self.join("ros")
+            self.join("bulk_1")
+            for body in OPENINGS:
+                self.control.send(json_frame("OPEN", body))
+                self.control.expect("OPENED")
 
     def join(self, lane: str) -> None:
         peer = self.lanes[lane] = Peer(self._address)

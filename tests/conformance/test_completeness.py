@@ -93,9 +93,34 @@ def test_each_kind_comes_once_from_the_wrong_side(side: str) -> None:
 def test_unknown_kinds_come_on_each_lane(side: str) -> None:
     lanes = ["control", "time", "sensors", "world_left"]
     lanes += ["link_test"] if side == "Receiver" else []  # a device reads nothing there
+    lanes += ["ros", "bulk_1"]
     for lane in lanes:
         case = CASES[f"{side}UnknownKindsOn{pascal(lane)}"].case
         assert (case["lane"], case["expect"]) == (lane, {"skipped": 3})
+
+
+@pytest.mark.parametrize("side", PEERS)
+def test_kinds_of_openings_are_unknown_in_a_session_without_them(side: str) -> None:
+    kinds = [int(kind) for kind in Kind if kind.is_of_openings]
+    for lane in ("control", "time", "sensors", "world_left"):
+        _, case, _ = CASES[f"{side}OpeningsUnknownOn{pascal(lane)}"]
+        assert [part["frame"] for part in case["sent"]] == kinds
+        assert (case["given"], case["lane"]) == ("streaming", lane)
+        assert (case["expect"], "ros" in case) == ({"skipped": len(kinds)}, False)
+
+
+@pytest.mark.parametrize("side", PEERS)
+def test_each_kind_comes_once_on_a_wrong_lane_for_a_wrong_and_for_an_ended_opening(
+    side: str,
+) -> None:
+    for kind in received(side):
+        if kind.is_of_openings and not kind.lanes & LaneKind.CONTROL:
+            codes = {
+                name: CASES[f"{side}{pascal(kind.name)}{name}"].case["expect"]
+                for name in ("OnControl", "NeverOpened", "OfRefused")
+            }
+            wrong = {"error": "unexpected"}
+            assert list(codes.values()) == [wrong, wrong, {"late": 1}], (kind, codes)
 
 
 @pytest.mark.parametrize(("side", "kind"), FIRST.items())

@@ -9,12 +9,15 @@ from typing import Any
 import pytest
 
 from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
-from case_files import Vector, named
+from case_files import Vector, load, named
+from fake_sink import FakeGraph
 from frame_bytes import frame
+from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.server import Server
 from ml2_receiver.session.settings import Limits, ReceiverSettings
 from ml2_receiver.session.sink import Applied, Publish
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
@@ -23,6 +26,11 @@ from waiting import LIMIT_S
 
 CASES = named("malformed", "Receiver*")
 LIMITS = Limits(handshake_s=3.0, linger_s=0.5)
+RULES = AppRules(
+    subscribe=NameRules(("/robot/**", "/tf")),
+    call=NameRules(("/robot/*",)),
+    offer=NameRules(("/headset/*",)),
+)
 # What a case may cost; frames that claim up to 4 GiB are among them.
 MEMORY_BYTES = 4 << 20
 
@@ -78,7 +86,7 @@ def receiver(sink: CountingSink) -> Iterator[Server]:
         Everybody(),
         sink,
         request,
-        ReceiverSettings("test", "test", limits=LIMITS),
+        ReceiverSettings("test", "test", limits=LIMITS, app=RULES, graph=FakeGraph()),
     )
     server.start()
     yield server
@@ -111,7 +119,7 @@ def test_faulty_devices_are_refused_and_good_ones_served(
     if case["given"] != "connected":
         for count, sent in enumerate(attempts, 1):
             with ScriptedDevice(address) as faulty:
-                faulty.reach(case["given"])
+                faulty.reach(case["given"], ros=case.get("ros", False))
                 peer = faulty.lanes[case["lane"]]
                 play(case, peer, faulty.fill_in(sent, case["lane"]))
                 check(case, peer, receiver, sink)
@@ -145,11 +153,22 @@ def check(case: dict[str, Any], peer: Peer, receiver: Server, sink: CountingSink
         case {"closed": True}:
             assert peer.read_until(None).name is None
             assert sink.events
-        case {"skipped": count}:
+        case {"refused": id}:
+            answer = peer.expect("OPENED").json
+            while answer["id"] != id:
+                assert answer["result"] == "opened", answer
+                answer = peer.expect("OPENED").json
+            assert answer["result"] == "refused", answer
+            check_lane_goes_on(case["lane"], peer, sink)
+        case {"failure": code}:
+            assert peer.expect("FAILURE").json["code"] == code
+            check_lane_goes_on(case["lane"], peer, sink)
+        case {"skipped": _} | {"late": _}:
             check_lane_goes_on(case["lane"], peer, sink)
             report = receiver.report()
             assert report is not None
-            assert report.skipped_frames == count
+            found = {"skipped": report.skipped_frames, "late": report.late_frames}
+            assert found == {"skipped": 0, "late": 0} | case["expect"]
 
 
 def check_lane_goes_on(lane: str, peer: Peer, sink: CountingSink) -> None:
@@ -160,6 +179,13 @@ def check_lane_goes_on(lane: str, peer: Peer, sink: CountingSink) -> None:
         case "link_test":
             peer.send(frame("FILLER"))
             assert peer.expect("ERROR").json["code"] == "unexpected"
+        case "ros":
+            request = frame("REQUEST", bytes([0, 1, 0, 0, 0]), channel=3, sequence=99, capture=0)
+            peer.send(request)
+            assert peer.expect("ERROR").json["code"] == "malformed"
+        case "bulk_1":
+            peer.send(frame("TAKEN", channel=2))
+            assert peer.expect("ERROR").json["code"] == "unexpected"
         case "time":
             peer.send(frame("TIME_REQUEST", bytes(8)))
             peer.expect("TIME_REPLY")
@@ -167,3 +193,12 @@ def check_lane_goes_on(lane: str, peer: Peer, sink: CountingSink) -> None:
             channel = next(body["id"] for body in CHANNELS if body["lane"] == lane)
             peer.send(frame("DATA", STRING_PAYLOAD, channel=channel))
             sink.await_published(1)
+
+
+def test_a_device_of_before_openings_is_welcomed_as_before(address: Address) -> None:
+    peer = Peer(address)
+    peer.send(load("wire")["Hello"].data)
+    welcome = peer.expect("WELCOME").json
+    assert welcome.keys() == load("wire")["Welcome"].case["frames"][0]["json"].keys()
+    assert welcome["tickets"].keys() == {"time", "link_test", *load_table().lanes}
+    peer.close()

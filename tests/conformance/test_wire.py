@@ -9,7 +9,7 @@ import pytest
 from case_files import load
 from frame_bytes import json_bytes
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.wire import messages
+from ml2_receiver.wire import messages, opening_bodies
 from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
 from ml2_receiver.wire.kinds import OPENING, Kind, Side
 
@@ -24,7 +24,8 @@ def parse(case: dict[str, Any], binary: bytes, piece_bytes: int) -> list[tuple[F
     lane = load_table().lane(case["lane"])
     if case["frames"][0]["name"] in OPENERS:
         lane = OPENING
-    parser = FrameParser(Side.DEVICE if case["sender"] == "device" else Side.RECEIVER, lane)
+    side = Side.DEVICE if case["sender"] == "device" else Side.RECEIVER
+    parser = FrameParser(side, lane, has_openings=case.get("ros", False))
     rest, frames = memoryview(binary), []
     while rest:
         buffer = parser.get_buffer()
@@ -99,9 +100,17 @@ def test_bodies_become_messages_and_the_same_json_again(name: str) -> None:
     for expected in case["frames"]:
         if "json" not in expected:
             continue
-        message_class = getattr(messages, expected["name"].title().replace("_", ""))
+        name = expected["name"].title().replace("_", "")
+        message_class = getattr(messages, name, None) or getattr(opening_bodies, name)
         message = message_class.parse(json_bytes(expected["json"]))
         assert without_ignored(json.loads(message.to_bytes())) == without_ignored(expected["json"])
+
+
+def test_poses_are_read_and_written() -> None:
+    body = CASES["Pose"].data[HEADER_BYTES:]
+    pose = opening_bodies.Pose.parse(body)
+    assert pose == (1.0, -0.5, 0.0, 0.0, 0.0, 1.0, 0.0, 0)
+    assert pose.to_bytes() == body
 
 
 def without_ignored(value: Any) -> Any:

@@ -3,19 +3,23 @@
 import struct
 from collections.abc import Iterator
 
-from bodies import CHANNELS, CONFIGURE, CONFIGURED, REQUEST, SESSION, TICKET
+from bodies import CHANNELS, CONFIGURE, CONFIGURED, OPENINGS, REQUEST, SESSION, TICKET
+from fake_sink import FakeGraph
 from frame_bytes import json_bytes
+from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.errors import ProtocolError
 from ml2_receiver.session.actions import Send
 from ml2_receiver.session.connection import Connection
+from ml2_receiver.session.openings import LANE_KINDS, Openings
 from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
 from ml2_receiver.wire.kinds import OPENING, Kind, Side
 from scene import Scene, hello
 from vectors import vectors
 
 # Followed by where it goes on: the last two are the end of a lane and time that passes.
-_STATES = ("connected", "welcomed", "configuring", "streaming")
-_LANES = ("stranger", "control", "time", "sensors", "world_left", "link_test")
+_STATES = ("connected", "welcomed", "configuring", "streaming", "opened")
+_LANES = ("stranger", "control", "time", "sensors", "world_left", "link_test", "ros", "bulk_1")
+_ANY = NameRules(("/robot/**", "/headset/*", "/tf"))
 _END, _TIME = len(_LANES), len(_LANES) + 1
 _LENGTH = struct.Struct("<H")
 _TICK_S = 0.3
@@ -27,12 +31,13 @@ def seeds() -> Iterator[bytes]:
     """A state, then steps: lane, length, and so many bytes there."""
     for case, data in vectors("malformed", "Receiver*"):
         is_open = case["lane"] == "control" and case["given"] != "connected"
-        lane = case["lane"] if is_open or case["given"] == "streaming" else "stranger"
+        is_joined = case["given"] in ("streaming", "opened")
+        lane = case["lane"] if is_open or is_joined else "stranger"
         rest = bytes([_END, _LANES.index(lane), _TIME])
         yield bytes([_STATES.index(case["given"])]) + _steps(lane, data) + rest
     for case, data in vectors("wire"):
         if case["sender"] == "device" and case["lane"] in _LANES:
-            for state in (2, 3):
+            for state in (2, 3, 4):
                 yield bytes([state]) + _steps(case["lane"], data)
 
 
@@ -64,20 +69,24 @@ class _Replay:
     """A Host in a state of tests/conformance, whose lanes are fed bytes as Server would."""
 
     def __init__(self, state: int) -> None:
-        self.scene = Scene()
+        self.graph = FakeGraph()
+        self.scene = Scene(app=AppRules(_ANY, _ANY, _ANY, _ANY), graph=self.graph)
         self.scene.request(CONFIGURE["streams"])
         self._secrets: list[str] = []
         self._lanes: dict[str, tuple[Connection, FrameParser]] = {}
         if state >= _STATES.index("welcomed"):
-            self.scene.begin()
+            self.scene.begin(hello(ros=_STATES[state] == "opened"))
             welcome = self.scene.welcome
             self._secrets = [welcome.session, *welcome.tickets.values()]
             self._open("control", self.scene.control)
-        joined = {"configuring": 1, "streaming": len(_LANES)}.get(_STATES[state], 0)
+        joined = {"configuring": 1, "streaming": 4, "opened": 6}.get(_STATES[state], 0)
         for lane in _LANES[_LANES.index("time") :][:joined]:
             self._open(lane, self.scene.join(lane))
-        if _STATES[state] == "streaming":
+        if _STATES[state] in ("streaming", "opened"):
             self._start()
+        if _STATES[state] == "opened":
+            for body in OPENINGS:
+                self.scene.receive(self.scene.control, Kind.OPEN, json_bytes(body))
 
     def _start(self) -> None:
         for channel in CHANNELS:
@@ -113,7 +122,7 @@ class _Replay:
     def _follow(connection: Connection, parser: FrameParser) -> None:
         lane = connection.lane or OPENING
         if parser.lane is not lane:
-            parser.lane = lane
+            parser.enter(lane, has_openings=connection.openings is not None)
 
     def _dispatch(self, connection: Connection, frame: Frame) -> None:
         if frame.header.kind == Kind.DATA:
@@ -121,8 +130,17 @@ class _Replay:
             if route is None:
                 raise self.scene.host.refusal(connection, frame.header.channel)
             route.receive(frame, 0, 0)
+        elif frame.header.kind in LANE_KINDS and connection.openings is not None:
+            self._pass_on(connection, connection.openings, frame)
         elif frame.header.kind != Kind.TIME_REQUEST:
             self.scene.receive_frame(connection, frame)
+
+    def _pass_on(self, connection: Connection, openings: Openings, frame: Frame) -> None:
+        """Checks that a frame without an error is passed on, counted or answered."""
+        assert connection.lane is not None
+        before = len(self.graph.received_numbers) + openings.late
+        is_answered = openings.received(connection.lane.name, frame) is not None
+        assert len(self.graph.received_numbers) + openings.late + is_answered == before + 1
 
     def _filled_in(self, data: bytes) -> bytes:
         """Returns the frames with this session's values in place of the placeholders."""

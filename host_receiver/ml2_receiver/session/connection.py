@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from ..errors import ErrorCode, ProtocolError, PublishError
 from ..wire.frame import CDR_ENCAPSULATION, Frame
 from ..wire.kinds import Lane
+from .openings import Openings
 from .sink import Publish
 from .statistics import TopicStatistics
 
@@ -52,7 +53,8 @@ class Connection:
 
     `opened_s` is monotonic time. `peer` is the fingerprint of the peer's certificate, None before
     the handshake and without TLS. `lane` is None until the connection belongs to a session.
-    `routes` maps the channels of the lane to their routes; it is empty before START.
+    `routes` maps the channels of the lane to their routes; it is empty before START. `openings` is
+    None in a session without them.
     """
 
     host: str
@@ -61,6 +63,7 @@ class Connection:
     peer: str | None = None
     lane: Lane | None = None
     routes: dict[int, Route] = field(default_factory=dict)
+    openings: Openings | None = None
     is_closing: bool = False
 
     @property

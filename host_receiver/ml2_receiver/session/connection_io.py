@@ -13,6 +13,7 @@ from ..wire.json_body import JsonBody
 from ..wire.kinds import Kind, Side
 from .actions import Ending
 from .connection import Connection
+from .openings import Openings
 
 _SMALL_FRAMES_BYTES = 64 * 1024
 _TIME = struct.Struct("<q")
@@ -68,7 +69,8 @@ class ConnectionIO:
         It never waits: a connection whose peer has left the send buffer full is aborted.
         """
         if kind in (Kind.WELCOME, Kind.JOINED) and self.connection.lane is not None:
-            self.parser.lane = self.connection.lane
+            has_openings = self.connection.openings is not None
+            self.parser.enter(self.connection.lane, has_openings=has_openings)
             if self.connection.lane.is_urgent:
                 self.transport.mark_urgent()
         body_bytes = body.to_bytes() if body else b""
@@ -84,6 +86,15 @@ class ConnectionIO:
         times = _TIMES.pack(asked_ns, received_ns, now_ns)
         with suppress(OSError):  # the peer has disconnected, which the reader thread will notice
             self.transport.send_all(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
+
+    def pass_on(self, frame: Frame, openings: Openings) -> None:
+        """Passes on a frame of an opening; sends FAILURE if it is a request too many."""
+        lane, header = self.connection.lane, frame.header
+        failure = openings.received(lane.name if lane else "", frame)
+        if failure is not None:
+            fields = {"channel": header.channel, "sequence": header.sequence}
+            body = failure.to_bytes()
+            self._write(encode_frame(Kind.FAILURE, body, **fields, send_ns=time.time_ns()))
 
     def _write(self, data: bytes) -> None:
         """Sends without waiting, for the session waits too; aborts the connection if it is full."""

@@ -43,6 +43,7 @@ class Report:
         link_test: the last link test; None before the first one.
         thermal: from the last STATUS; None if the headset does not report it.
         streams: the state of each stream.
+        late_frames: what came for openings that had ended.
     """
 
     state: State
@@ -59,3 +60,4 @@ class Report:
     link_test: LinkTestResult | None = None
     thermal: Thermal | None = None
     streams: Mapping[str, StreamStatus] = field(default_factory=dict)
+    late_frames: int = 0

@@ -20,6 +20,7 @@ from .connection_io import ConnectionIO
 from .demand import Demand
 from .event_limit import Cause, event_limits
 from .host import Host
+from .openings import LANE_KINDS
 from .report import Report
 from .settings import ReceiverSettings
 from .sink import Applied, Sink
@@ -263,6 +264,8 @@ class Server:
             route.receive(frame, received_ns, time.time_ns())
         elif header.kind == Kind.TIME_REQUEST:
             io.answer_time(frame, received_ns)
+        elif header.kind in LANE_KINDS and io.connection.openings is not None:
+            io.pass_on(frame, io.connection.openings)
         else:
             with self._update() as now_s:
                 self._host.received(io.connection, frame, now_s)

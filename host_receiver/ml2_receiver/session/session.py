@@ -6,7 +6,7 @@ from dataclasses import replace
 from ..errors import ErrorCode, LinkTestError, ProtocolError
 from ..wire.frame import Frame
 from ..wire.json_body import JsonBody
-from ..wire.kinds import CONTROL, LINK_TEST, Kind
+from ..wire.kinds import CONTROL, Kind
 from ..wire.messages import (
     Bye,
     Channel,
@@ -64,8 +64,8 @@ class Session:
         self.skipped_frames = 0
         self._settings, self._act = settings, act
         self.control = control
-        table = settings.table
-        self._tickets = Tickets((*table.needed_lanes, LINK_TEST.name, *table.lanes))
+        self.openings = control.openings = settings.openings(hello)
+        self._tickets = Tickets(settings.lanes(self.openings))
         self._open = {control}
         self._began_s = self._last_received_s = self._last_sent_s = now_s
         self._lane_ended_s: float | None = None
@@ -82,7 +82,7 @@ class Session:
             Kind.BYE: lambda body, now_s: self._bye(Bye.parse(body), now_s),
         }
         control.lane = CONTROL
-        welcome = settings.welcome(self.id, self._tickets.by_lane, received)
+        welcome = settings.welcome(self.id, self._tickets.by_lane, received, self.openings)
         self._send(Kind.WELCOME, welcome, now_s)
 
     def __contains__(self, connection: Connection) -> bool:
@@ -105,6 +105,7 @@ class Session:
         self._open.add(connection)
         connection.lane = self._settings.table.lane(join.lane)
         connection.routes = self.streams.routes.get(join.lane, {})
+        connection.openings = self.openings and self.openings.joined(join.lane)
         self._act(Send(connection, Kind.JOINED, Joined(join.lane)))
 
     @property
@@ -126,6 +127,9 @@ class Session:
             self._error(connection, Error.parse(frame.body))
         elif handle := self._handlers.get(frame.header.kind):
             handle(frame.body, now_s)
+        elif self.openings is not None and (answers := self.openings.answers(frame)) is not None:
+            for kind, body in answers:
+                self._send(kind, body, now_s)
         else:
             self.skipped_frames += 1
 
@@ -254,6 +258,8 @@ class Session:
             return
         self.state = State.ENDED if self._bye_s is not None else state
         self._log(f"session {self.state.value}: {reason}")
+        if self.openings is not None:
+            self.openings.finish()
         if closing_message is not None:
             kind = Kind.BYE if isinstance(closing_message, Bye) else Kind.ERROR
             self._act(Send(self.control, kind, closing_message))
@@ -278,6 +284,7 @@ class Session:
             link_test=self.link_tests.report(now_s),
             thermal=status.thermal if status else None,
             streams=self._stream_states(),
+            late_frames=self.openings.late if self.openings else 0,
             topics=[self._topic_report(*topic) for topic in self.instance.topics.items()],
         )
 

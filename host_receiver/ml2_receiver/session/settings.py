@@ -3,11 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ..configuration.app_rules import AppRules
 from ..table.reader import load_table
 from ..table.stream_table import StreamTable
 from ..wire.frame import VERSION
-from ..wire.kinds import Kind
-from ..wire.messages import PeerLimits, Timeouts, Welcome
+from ..wire.kinds import LINK_TEST, ROS_LANES, Kind
+from ..wire.messages import Hello, PeerLimits, Timeouts, Welcome
+from .openings import Graph, Openings
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,8 @@ class ReceiverSettings:
         frame_prefix: the prefix of the headsets' frame ids.
         excluded: streams that no headset is ever asked for, with the reasons.
         limits: time-outs, and the number of connections and failed attempts.
+        app: what the user lets apps do.
+        graph: carries out the openings of apps; None offers none.
         table: all possible streams.
     """
 
@@ -45,10 +49,28 @@ class ReceiverSettings:
     frame_prefix: str = ""
     excluded: Mapping[str, str] = field(default_factory=dict)
     limits: Limits = field(default_factory=Limits)
+    app: AppRules = field(default_factory=AppRules)
+    graph: Graph | None = None
     table: StreamTable = field(default_factory=load_table)
 
+    def openings(self, hello: Hello) -> Openings | None:
+        """Returns the openings of a new session; None if one of the sides has none."""
+        if self.graph is None or not hello.capabilities.ros:
+            return None
+        return Openings(self.app, self.graph)
+
+    def lanes(self, openings: Openings | None) -> tuple[str, ...]:
+        """Returns the names of the lanes that can be joined in a session."""
+        of_openings = ROS_LANES if openings else ()
+        others = (lane.name for lane in (LINK_TEST, *of_openings))
+        return (*self.table.needed_lanes, *self.table.lanes, *others)
+
     def welcome(
-        self, session: str, tickets: Mapping[str, str], received: Mapping[str, int] | None
+        self,
+        session: str,
+        tickets: Mapping[str, str],
+        received: Mapping[str, int] | None,
+        openings: Openings | None = None,
     ) -> Welcome:
         """Returns the WELCOME of a session; `received` is None for a new instance of the app."""
         limits = self.limits
@@ -61,4 +83,5 @@ class ReceiverSettings:
             received=received,
             limits=PeerLimits(Kind.DATA.max_length),
             timeouts=Timeouts(limits.handshake_s, limits.ping_s, limits.dead_s),
+            ros=openings.allowed if openings else None,
         )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..wire.json_body import Scalar
-from ..wire.kinds import CONTROL, LINK_TEST, PAIRING, TIME, Lane, LaneKind
+from ..wire.kinds import CONTROL, LINK_TEST, PAIRING, ROS_LANES, TIME, Lane, LaneKind
 
 MESSAGE_TYPE = re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
 _CUSTOM_NAME = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
@@ -271,4 +271,4 @@ class StreamTable:
         return self.sections[self.streams[stream].section].shows_eyes
 
 
-_LANES_WITHOUT_DATA = {lane.name: lane for lane in (CONTROL, TIME, LINK_TEST, PAIRING)}
+_LANES_WITHOUT_DATA = {lane.name: lane for lane in (CONTROL, TIME, LINK_TEST, PAIRING, *ROS_LANES)}

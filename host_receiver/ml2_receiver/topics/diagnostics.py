@@ -173,6 +173,7 @@ def _session(report: Report, judgements: Mapping[str, Judgement]) -> Row:
         "headset": report.headset,
         "device_id": report.device_id,
         "skipped_frames": str(report.skipped_frames),
+        "late_frames": str(report.late_frames),
         "final": str(report.is_final).lower(),
         "software": report.software,
         "capabilities": " ".join(report.capabilities),

@@ -18,7 +18,7 @@ HEADER_BYTES = _LAYOUT.size
 # The body buffer grows at most this far ahead of the bytes that have arrived.
 _GROWTH_BYTES = 1 << 20
 _ZEROS = memoryview(bytes(_GROWTH_BYTES))
-_FIXED = {int(kind) for kind in Kind if kind.body is Body.TIMES}
+_FIXED = {kind for kind in Kind if kind.body in (Body.TIMES, Body.POSE)}
 
 
 class Header(NamedTuple):
@@ -76,12 +76,13 @@ class FrameParser:
 
     Args:
         sender: the side that sends these bytes.
-        lane: what the connection is; set the attribute when HELLO or JOIN names the lane.
+        lane: what the connection is; call enter() when HELLO or JOIN names the lane.
+        has_openings: True if the session knows the kinds of openings.
     """
 
-    def __init__(self, sender: Side, lane: Lane = OPENING) -> None:
+    def __init__(self, sender: Side, lane: Lane = OPENING, *, has_openings: bool = False) -> None:
         self._sender = sender
-        self.lane = lane
+        self.enter(lane, has_openings=has_openings)
         self._head = bytearray(HEADER_BYTES)
         self._body = bytearray()
         self._header: Header | None = None
@@ -92,14 +93,19 @@ class FrameParser:
     def lane(self) -> Lane:
         return self._lane
 
-    @lane.setter
-    def lane(self, lane: Lane) -> None:
+    def enter(self, lane: Lane, *, has_openings: bool = False) -> None:
+        """Takes the lane that the connection has become."""
         self._lane = lane
+        self._known = {
+            number: kind
+            for number, kind in KIND_BY_NUMBER.items()
+            if has_openings or not kind.is_of_openings
+        }
         self._limits = {
-            int(kind): min(kind.max_length, lane.max_payload_bytes)
+            number: min(kind.max_length, lane.max_payload_bytes)
             if kind.body is Body.PAYLOAD
             else kind.max_length
-            for kind in Kind
+            for number, kind in self._known.items()
             if kind.sender & self._sender and kind.lanes & lane.kind
         }
 
@@ -164,16 +170,17 @@ class FrameParser:
                 ErrorCode.VERSION, f"expected version {VERSION}, found {header.version}"
             )
         limit = self._limits.get(header.kind)
-        bound = max_bytes(header.kind) if limit is None else limit
+        kind = self._known.get(header.kind)
+        bound = max_bytes(kind) if limit is None else limit
         if header.length > bound:
             raise ProtocolError(
                 ErrorCode.TOO_LARGE,
                 f"{kind_name(header.kind)} takes {bound} B, its header says {header.length}",
             )
-        if limit is None and (header.kind in KIND_BY_NUMBER or self._lane is OPENING):
+        if limit is None and (kind is not None or self._lane is OPENING):
             lane = "a new connection" if self._lane is OPENING else f"lane {self._lane.name}"
             raise ProtocolError(ErrorCode.UNEXPECTED, f"{kind_name(header.kind)} on {lane}")
-        if header.length < bound and header.kind in _FIXED:
+        if header.length < bound and kind in _FIXED:
             raise ProtocolError(
                 ErrorCode.MALFORMED,
                 f"{kind_name(header.kind)} has {bound} B, its header says {header.length}",

@@ -19,7 +19,8 @@ class Side(Flag):
 class LaneKind(Flag):
     """The kind of a connection; it is OPENING until HELLO or JOIN names the lane.
 
-    SENSORS, IMAGE and BULK are the classes of the stream table. A connection to the port of
+    SENSORS, IMAGE and BULK are the classes of the stream table, ROS and ROS_BULK carry openings. A
+    connection to the port of
     `ml2-receiver pair` is PAIRING from beginning to end.
     """
 
@@ -31,8 +32,10 @@ class LaneKind(Flag):
     BULK = auto()
     LINK_TEST = auto()
     PAIRING = auto()
+    ROS = auto()
+    ROS_BULK = auto()
     DATA = SENSORS | IMAGE | BULK
-    OTHER = TIME | DATA | LINK_TEST
+    OTHER = TIME | DATA | LINK_TEST | ROS | ROS_BULK
     ANY = OPENING | CONTROL | OTHER | PAIRING
 
 
@@ -55,6 +58,11 @@ CONTROL = Lane("control", LaneKind.CONTROL)
 TIME = Lane("time", LaneKind.TIME)
 LINK_TEST = Lane("link_test", LaneKind.LINK_TEST, is_urgent=False)
 PAIRING = Lane("pairing", LaneKind.PAIRING)
+ROS = Lane("ros", LaneKind.ROS, max_payload_bytes=64 * _KIB)
+ROS_LANES = (
+    ROS,
+    *(Lane(f"bulk_{n}", LaneKind.ROS_BULK, False, 16 * _MIB) for n in range(1, 5)),
+)
 
 
 class Body(Enum):
@@ -63,6 +71,7 @@ class Body(Enum):
     JSON = auto()
     PAYLOAD = auto()
     TIMES = auto()
+    POSE = auto()
     NOISE = auto()
     EMPTY = auto()
 
@@ -109,14 +118,29 @@ class Kind(IntEnum):
     PAIR_CHALLENGE = 60, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
     PAIR = 61, Side.DEVICE, LaneKind.PAIRING, 16 * _KIB, Body.JSON
     PAIRED = 62, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
+    OPEN = 96, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    OPENED = 97, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    CLOSE = 98, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    CLOSED = 99, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    TAKEN = 112, Side.DEVICE, LaneKind.ROS_BULK, 0, Body.EMPTY
+    MESSAGE = 128, Side.RECEIVER, LaneKind.ROS | LaneKind.ROS_BULK, 16 * _MIB, Body.PAYLOAD
+    POSE = 129, Side.RECEIVER, LaneKind.ROS, 64, Body.POSE
+    REQUEST = 130, Side.BOTH, LaneKind.ROS, 64 * _KIB, Body.PAYLOAD
+    RESPONSE = 131, Side.BOTH, LaneKind.ROS, 64 * _KIB, Body.PAYLOAD
+    FAILURE = 132, Side.BOTH, LaneKind.ROS, 4 * _KIB, Body.JSON
+
+    @property
+    def is_of_openings(self) -> bool:
+        """True if only sessions with `ros` in WELCOME know the kind."""
+        return self >= Kind.OPEN
 
 
 KIND_BY_NUMBER = {int(kind): kind for kind in Kind}
 
 
-def max_bytes(kind: int) -> int:
-    """Returns the greatest length of a body in bytes; unknown kinds have one, too."""
-    return KIND_BY_NUMBER[kind].max_length if kind in KIND_BY_NUMBER else _UNKNOWN_KIND_BYTES
+def max_bytes(kind: Kind | None) -> int:
+    """Returns the greatest length of a body in bytes; None is any unknown kind."""
+    return _UNKNOWN_KIND_BYTES if kind is None else kind.max_length
 
 
 def kind_name(kind: int) -> str:

@@ -21,6 +21,7 @@ Thermal = Literal["none", "light", "moderate", "severe", "critical", "emergency"
 @dataclass(frozen=True)
 class Capabilities:
     streams: list[str]
+    ros: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -46,9 +47,9 @@ class Hello(JsonBody):
     channels: Mapping[str, ChannelStatus] | None = None
 
     def __post_init__(self) -> None:
-        _check_text("name", self.name, _NAME_CHARACTERS)
+        check_text("name", self.name, _NAME_CHARACTERS)
         for key in ("device_id", "instance_id", "software"):
-            _check_text(key, getattr(self, key), _ID_CHARACTERS)
+            check_text(key, getattr(self, key), _ID_CHARACTERS)
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,14 @@ class Timeouts:
 
 
 @dataclass(frozen=True)
+class AllowedUses:
+    subscribe: bool
+    publish: bool
+    call: bool
+    offer: bool
+
+
+@dataclass(frozen=True)
 class Welcome(JsonBody):
     version: int
     session: str
@@ -77,10 +86,11 @@ class Welcome(JsonBody):
     received: Mapping[str, int] | None
     limits: PeerLimits
     timeouts: Timeouts
+    ros: AllowedUses | None = None
 
     def __post_init__(self) -> None:
-        _check_text("name", self.name, _NAME_CHARACTERS)
-        _check_text("software", self.software, _ID_CHARACTERS)
+        check_text("name", self.name, _NAME_CHARACTERS)
+        check_text("software", self.software, _ID_CHARACTERS)
 
 
 @dataclass(frozen=True)
@@ -197,7 +207,7 @@ class StreamStatus:
         if self.reason is not None and len(self.reason) > _REASON_CHARACTERS:
             raise ValueError(f"reason: expected at most {_REASON_CHARACTERS} characters")
         if self.permission is not None:
-            _check_text("permission", self.permission, _ID_CHARACTERS)
+            check_text("permission", self.permission, _ID_CHARACTERS)
         if self.quality is not None and not 1 <= self.quality <= _BEST_QUALITY:
             raise ValueError(f"quality: expected 1 to {_BEST_QUALITY}, found {self.quality}")
         if self.rate_hz is not None and self.rate_hz < 1:
@@ -252,8 +262,8 @@ class PairChallenge(JsonBody):
     software: str
 
     def __post_init__(self) -> None:
-        _check_text("name", self.name, _NAME_CHARACTERS)
-        _check_text("software", self.software, _ID_CHARACTERS)
+        check_text("name", self.name, _NAME_CHARACTERS)
+        check_text("software", self.software, _ID_CHARACTERS)
 
 
 @dataclass(frozen=True)
@@ -265,8 +275,8 @@ class Pair(JsonBody):
     signature: str
 
     def __post_init__(self) -> None:
-        _check_text("name", self.name, _NAME_CHARACTERS)
-        _check_text("device_id", self.device_id, _ID_CHARACTERS)
+        check_text("name", self.name, _NAME_CHARACTERS)
+        check_text("device_id", self.device_id, _ID_CHARACTERS)
 
 
 @dataclass(frozen=True)
@@ -275,12 +285,12 @@ class Paired(JsonBody):
     port: int
 
     def __post_init__(self) -> None:
-        _check_text("name", self.name, _NAME_CHARACTERS)
+        check_text("name", self.name, _NAME_CHARACTERS)
         if not 1 <= self.port <= 0xFFFF:
             raise ValueError(f"port: expected 1 to 65535, found {self.port}")
 
 
-def _check_text(key: str, text: str, max_length: int) -> None:
+def check_text(key: str, text: str, max_length: int) -> None:
     """Raises ValueError if `text` is too long or could move a terminal's cursor."""
     if not 1 <= len(text) <= max_length or not text.isprintable():
         raise ValueError(f"{key}: expected 1 to {max_length} printable characters")

@@ -1,0 +1,268 @@
+"""The openings of one session as a state machine without I/O; PROTOCOL.md, Openings."""
+
+import threading
+from dataclasses import dataclass, field
+from typing import Protocol, Self
+
+from ..configuration.app_rules import AppRules, NameRules
+from ..errors import ErrorCode, ProtocolError
+from ..wire.frame import CDR_ENCAPSULATION, Frame
+from ..wire.kinds import KIND_BY_NUMBER, ROS, Body, Kind
+from ..wire.messages import AllowedUses
+from ..wire.opening_bodies import OPENING_KINDS, Close, Closed, Failure, Open, Opened
+
+_MOST_OPENINGS = 64
+_MOST_REQUESTS = 16  # of an opening
+_MOST_REQUESTS_TOGETHER = 64
+_NUMBERS = 1 << 32
+# What an app sends on the lanes of openings.
+LANE_KINDS = frozenset({Kind.TAKEN, Kind.REQUEST, Kind.RESPONSE, Kind.FAILURE})
+# What an app may send in an opening of each kind.
+_KINDS: dict[str, tuple[Kind, ...]] = {
+    "subscription": (Kind.TAKEN,),
+    "client": (Kind.REQUEST,),
+    "service": (Kind.RESPONSE, Kind.FAILURE),
+    "transform": (),
+}
+
+
+class Graph(Protocol):
+    """What carries out openings. No method waits; any thread may call."""
+
+    def resolve(self, wanted: Open) -> str:
+        """Returns the full name that the app means; raises ValueError if it is no name."""
+
+    def open(self, wanted: Open, name: str) -> Opened:
+        """Opens the resolved name, and returns the answer."""
+
+    def close(self, id: int) -> None:
+        """Ends an opening; nothing of it is sent any more."""
+
+    def received(self, frame: Frame) -> None:
+        """Takes a frame of an opening, whose body is valid during the call alone."""
+
+
+@dataclass
+class _Opening:
+    """`lane` is None until it is open. Numbers are the last of their kind, None before any."""
+
+    kind: str
+    lane: str | None = None
+    sent: int | None = None
+    taken: int | None = None
+    asked: int | None = None
+    requested: int | None = None
+    unanswered: set[int] = field(default_factory=set)
+    under_way: set[int] = field(default_factory=set)
+
+
+class Openings:
+    """What the app has open, and which of its frames are legal. Thread-safe.
+
+    Args:
+        rules: what the user lets apps do.
+
+    Attributes:
+        late: frames of openings that have ended, and answers that nobody waits for.
+    """
+
+    def __init__(self, rules: AppRules, graph: Graph) -> None:
+        self.late = 0
+        self._rules, self._graph = rules, graph
+        self._lock = threading.Lock()
+        self._is_joined = False
+        self._used: set[int] = set()
+        self._live: dict[int, _Opening] = {}
+
+    @property
+    def allowed(self) -> AllowedUses:
+        """The uses for which any rule is there."""
+        rules = self._rules
+        uses = (rules.subscribe, rules.publish, rules.call, rules.offer)
+        return AllowedUses(*(bool(use.rules) for use in uses))
+
+    def joined(self, lane: str) -> Self:
+        """Takes note of a lane, since nothing is opened before `ros`; returns the openings."""
+        self._is_joined |= lane == ROS.name
+        return self
+
+    def answers(self, frame: Frame) -> list[tuple[Kind, Opened | Closed]] | None:
+        """Returns what answers OPEN or CLOSE; None for any other frame.
+
+        Raises:
+            ProtocolError: `malformed` or `unexpected`.
+        """
+        if frame.header.kind == Kind.OPEN:
+            return [(Kind.OPENED, self._open(Open.parse(frame.body)))]
+        if frame.header.kind == Kind.CLOSE:
+            closed = self.end(Close.parse(frame.body).id, "the app closed it")
+            return [] if closed is None else [(Kind.CLOSED, closed)]
+        return None
+
+    def _open(self, wanted: Open) -> Opened:
+        with self._lock:
+            if not self._is_joined:
+                raise _unexpected("OPEN before the lane ros is joined")
+            if wanted.id in self._used:
+                raise _unexpected(f"OPEN of {wanted.id}, which was opened before")
+            self._used.add(wanted.id)
+            is_full = len(self._live) >= _MOST_OPENINGS
+            if not is_full:
+                self._live[wanted.id] = opening = _Opening(wanted.kind)
+        if is_full:
+            return _refused(wanted, f"{_MOST_OPENINGS} names are open, which are the most")
+        answer = self._answer(wanted)
+        with self._lock:
+            if answer.result == "opened":
+                opening.lane = answer.lane
+            else:
+                del self._live[wanted.id]
+        return answer
+
+    def _answer(self, wanted: Open) -> Opened:
+        if wanted.kind not in OPENING_KINDS:
+            return _refused(wanted, f"this receiver cannot open a {wanted.kind!r}")
+        if wanted.kind == "transform":
+            name, key, rules = "/tf", "subscribe", self._rules.subscribe
+        else:
+            try:
+                name = self._graph.resolve(wanted)
+            except ValueError as error:
+                return _refused(wanted, str(error))
+            key, rules = self._rules_of(wanted.kind)
+        if not rules.allow(name):
+            return _refused(wanted, f"no rule in app.{key} has {name}")
+        return self._graph.open(wanted, name)
+
+    def _rules_of(self, kind: str) -> tuple[str, NameRules]:
+        rules = self._rules
+        return {
+            "subscription": ("subscribe", rules.subscribe),
+            "client": ("call", rules.call),
+            "service": ("offer", rules.offer),
+        }[kind]
+
+    def end(self, id: int, reason: str) -> Closed | None:
+        """Ends an opening, and returns the CLOSED to send; None if it has ended already."""
+        with self._lock:
+            if self._find(id, "CLOSE") is None:
+                return None
+            del self._live[id]
+        self._graph.close(id)
+        return Closed(id, reason)
+
+    def finish(self) -> None:
+        """Ends all openings with their session."""
+        with self._lock:
+            ended, self._live = list(self._live), {}
+        for id in ended:
+            self._graph.close(id)
+
+    def sent(self, id: int, number: int) -> None:
+        """Takes note of a MESSAGE that is sent."""
+        with self._lock:
+            self._live[id].sent = number
+
+    def asked(self, id: int, number: int) -> None:
+        """Takes note of a REQUEST that is sent to the app."""
+        with self._lock:
+            self._live[id].asked = number
+            self._live[id].unanswered.add(number)
+
+    def answered(self, id: int, number: int) -> None:
+        """Takes note that a REQUEST of the app is answered."""
+        with self._lock:
+            if (opening := self._live.get(id)) is not None:
+                opening.under_way.discard(number)
+
+    def received(self, lane: str, frame: Frame) -> Failure | None:
+        """Takes a frame of an opening, and returns the FAILURE that answers it if it is too much.
+
+        Raises:
+            ProtocolError: `unexpected` or `malformed`.
+        """
+        header = frame.header
+        kind, id, number = KIND_BY_NUMBER[header.kind], header.channel, header.sequence
+        with self._lock:
+            opening = self._find(id, kind.name)
+            if opening is None:
+                return None
+            if opening.lane != lane or kind not in _KINDS[opening.kind]:
+                where = f"{kind.name} on lane {lane} of opening {id}"
+                raise _unexpected(f"{where}, a {opening.kind} on lane {opening.lane}")
+            _check_body(kind, frame)
+            match kind:
+                case Kind.TAKEN:
+                    _take(opening, number)
+                case Kind.REQUEST:
+                    if self._is_too_much(opening, frame):
+                        return Failure("busy", "too many requests are under way")
+                case _:
+                    if not self._is_awaited(opening, number):
+                        return None
+        self._graph.received(frame)
+        return None
+
+    def _find(self, id: int, what: str) -> _Opening | None:
+        opening = self._live.get(id)
+        if opening is None:
+            if id not in self._used:
+                raise _unexpected(f"{what} of {id}, which was never opened")
+            self.late += 1
+        return opening
+
+    def _is_too_much(self, opening: _Opening, request: Frame) -> bool:
+        number, limit_ns = request.header.sequence, request.header.capture_ns
+        if opening.requested is not None and not _is_after(number, opening.requested):
+            raise _malformed(f"REQUEST has number {number} after {opening.requested}")
+        if limit_ns <= 0:
+            raise _malformed(f"REQUEST is waited for for {limit_ns} ns, expected more than 0")
+        opening.requested = number
+        together = sum(len(it.under_way) for it in self._live.values())
+        if len(opening.under_way) >= _MOST_REQUESTS or together >= _MOST_REQUESTS_TOGETHER:
+            return True
+        opening.under_way.add(number)
+        return False
+
+    def _is_awaited(self, opening: _Opening, number: int) -> bool:
+        if opening.asked is None or _is_after(number, opening.asked):
+            raise _unexpected(f"an answer to request {number}, which was never asked")
+        if number not in opening.unanswered:
+            self.late += 1
+            return False
+        opening.unanswered.remove(number)
+        return True
+
+
+def _check_body(kind: Kind, frame: Frame) -> None:
+    if kind.body is Body.JSON:
+        Failure.parse(frame.body)
+    elif kind.body is Body.PAYLOAD and not frame.body.startswith(CDR_ENCAPSULATION):
+        found = bytes(frame.body[:4]).hex(" ")
+        expected = CDR_ENCAPSULATION.hex(" ")
+        raise _malformed(f"{kind.name} begins with {found!r}, expected {expected}")
+
+
+def _take(opening: _Opening, number: int) -> None:
+    is_sent = opening.sent is not None and not _is_after(number, opening.sent)
+    if not is_sent or (opening.taken is not None and not _is_after(number, opening.taken)):
+        raise _unexpected(
+            f"TAKEN has number {number}; {opening.sent} was sent, {opening.taken} TAKEN last"
+        )
+    opening.taken = number
+
+
+def _is_after(number: int, last: int) -> bool:
+    return 0 < (number - last) % _NUMBERS < _NUMBERS // 2
+
+
+def _refused(wanted: Open, reason: str) -> Opened:
+    return Opened(wanted.id, "refused", reason=reason)
+
+
+def _unexpected(message: str) -> ProtocolError:
+    return ProtocolError(ErrorCode.UNEXPECTED, message)
+
+
+def _malformed(message: str) -> ProtocolError:
+    return ProtocolError(ErrorCode.MALFORMED, message)
