@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "../sdk/error.h"
-#include "runtime.h"
 
 #define HANDS(path)                                                                                                    \
     { "/user/hand/left" path, "/user/hand/right" path }

@@ -26,9 +26,6 @@ static const struct area {
 
 #define CLOSED_WITHIN_NANOS INT64_C(1000000000)
 
-/** Longer than a session takes to be ready. */
-#define RETURNED_WITHIN_MS 6000
-
 /** As long as the app's thread may wait for one that looks for the loader. */
 #define FREE_WITHIN_MS 100
 
@@ -41,15 +38,6 @@ static bool is_begun;
 static ml2s_openxr chosen;
 static char chosen_path[512];
 static atomic_bool is_app_session_ending;
-
-uint32_t xr_take_turn(turn_t *turn, ml2s_error *error) {
-    uint32_t own = turn_take(turn, RETURNED_WITHIN_MS);
-    if (!own) {
-        error_set(error, ML2S_VENDOR_FAILURE, 0, "the OpenXR runtime has not returned to another sensor within %u ms",
-                  RETURNED_WITHIN_MS);
-    }
-    return own;
-}
 
 /** Takes the turn if no sensor uses OpenXR; else returns 0. */
 static uint32_t take_free_turn(void) {

@@ -1,11 +1,7 @@
 /** The OpenXR instance and session that all sensors of this backend share. The first sensor that opens creates them. */
 #pragma once
 
-#include "../sdk/lock.h"
 #include "xr_api.h"
-
-/** As turn_take, for up to 6 s; returns 0 with an error if the runtime has not returned to another thread. */
-uint32_t xr_take_turn(turn_t *turn, ml2s_error *error);
 
 /** Checks that ml2s_use_openxr was called and its loader exists. Creates nothing. Thread-safe. */
 ml2s_result xr_require(ml2s_error *error);

@@ -2,6 +2,9 @@
 
 #include "../sdk/error.h"
 
+/** Longer than a session takes to be ready. */
+#define RETURNED_WITHIN_MS 6000
+
 struct xr xr;
 
 static ml2s_result ml2s_result_of(XrResult result) {
@@ -31,4 +34,13 @@ ml2s_result xr_result_of(XrResult result, const char *call, ml2s_error *error) {
         xr.core.xrResultToString(xr.instance, result, name);
     }
     return error_set(error, kind, result, "%s: %s (%d)", call, name, result);
+}
+
+uint32_t xr_take_turn(turn_t *turn, ml2s_error *error) {
+    uint32_t own = turn_take(turn, RETURNED_WITHIN_MS);
+    if (!own) {
+        error_set(error, ML2S_VENDOR_FAILURE, 0, "the OpenXR runtime has not returned to another sensor within %u ms",
+                  RETURNED_WITHIN_MS);
+    }
+    return own;
 }

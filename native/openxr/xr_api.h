@@ -13,6 +13,7 @@
 #include "xr_pixel_sensor.h"
 #include <openxr/openxr_platform.h>
 
+#include "../sdk/lock.h"
 #include "../sdk/ml2s.h"
 
 #define XR_CORE_FUNCTIONS(F)                                                                                           \
@@ -102,6 +103,9 @@ extern struct xr {
 
 /** Converts a result code and sets error after a failure. XR_TIMEOUT_EXPIRED is ML2S_TIMEOUT. */
 ml2s_result xr_result_of(XrResult result, const char *call, ml2s_error *error);
+
+/** As turn_take, for up to 6 s; returns 0 with an error if the runtime has not returned to another thread. */
+uint32_t xr_take_turn(turn_t *turn, ml2s_error *error);
 
 /** Sleeps 1 ms. */
 static inline void sleep_millisecond(void) { nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL); }

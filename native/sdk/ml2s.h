@@ -35,7 +35,7 @@ extern "C" {
 /** `stream | ML2S_ENCODED` names a stream's slots for encoded images, a second set beside those of its frames. */
 #define ML2S_ENCODED 64u
 /** Captures in a row without a usable frame after which ml2s_poll fails: one second of the tracking cameras. */
-#define ML2S_MOST_ODD_CAPTURES 30u
+#define ML2S_MOST_UNUSABLE_CAPTURES 30u
 #define ML2S_STREAM_BIT(stream) (UINT64_C(1) << (stream))
 
 /** An open sensor. 0 is never valid. The value of a closed handle is not used again. */
@@ -244,7 +244,8 @@ ML2S_API ml2s_result ml2s_configure(ml2s_handle handle, const ml2s_settings *set
  *
  * An odd frame is skipped and counted in ml2s_frame.skipped of its stream: its image lies outside its memory, it has no
  * time, the camera is unknown, the camera has a second frame in the capture, or the size has changed. After
- * ML2S_MOST_ODD_CAPTURES captures in a row without a usable frame the poll fails; the message describes the last one.
+ * ML2S_MOST_UNUSABLE_CAPTURES captures in a row without a usable frame the poll fails; the message describes the last
+ * one.
  */
 ML2S_API ml2s_result ml2s_poll(ml2s_handle handle, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t capacity,
                                uint32_t *count, ml2s_error *error);

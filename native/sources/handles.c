@@ -20,8 +20,8 @@ static struct handle {
     atomic_bool is_taken;
     const struct source_ops *ops;
     ml2s_settings settings;
-    uint32_t odd_captures; /**< Captures in a row without a usable frame. */
-    ml2s_error odd_error;  /**< The failure of the last of them. */
+    uint32_t unusable_captures; /**< Captures in a row without a usable frame. */
+    ml2s_error last_failure;    /**< The failure of the last of them. */
 } handles[1 << INDEX_BITS];
 
 static _Atomic uint64_t generation;
@@ -79,8 +79,8 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
     }
     handle->ops = ops;
     handle->settings = *settings;
-    handle->odd_captures = 0;
-    handle->odd_error = (ml2s_error){.struct_size = sizeof(ml2s_error)};
+    handle->unusable_captures = 0;
+    handle->last_failure = (ml2s_error){.struct_size = sizeof(ml2s_error)};
     clock_resample();
     frameset_forget_sizes(settings->streams);
     result = handle->ops->open(&handle->settings, error);
@@ -134,23 +134,23 @@ ml2s_result ml2s_poll(ml2s_handle id, uint64_t timeout_nanos, ml2s_frame *frames
                          "ml2s_poll: the sensor gives no frames, or frames, capacity or count is 0");
     }
     *count = 0;
-    if (handle->odd_captures == ML2S_MOST_ODD_CAPTURES) {
-        handle->odd_captures = 0;
-        return error_set(error, ML2S_VENDOR_FAILURE, handle->odd_error.vendor_code,
-                         "%u captures in a row without a usable frame, the last: %s", ML2S_MOST_ODD_CAPTURES,
-                         handle->odd_error.message);
+    if (handle->unusable_captures == ML2S_MOST_UNUSABLE_CAPTURES) {
+        handle->unusable_captures = 0;
+        return error_set(error, ML2S_VENDOR_FAILURE, handle->last_failure.vendor_code,
+                         "%u captures in a row without a usable frame, the last: %s", ML2S_MOST_UNUSABLE_CAPTURES,
+                         handle->last_failure.message);
     }
     ml2s_frame captured[SOURCE_MAX_FRAMES];
     struct frameset set = {.frames = captured, .streams = handle->settings.streams};
-    result = handle->ops->poll(&handle->settings, timeout_nanos, &set, &handle->odd_error);
+    result = handle->ops->poll(&handle->settings, timeout_nanos, &set, &handle->last_failure);
     if (result) {
         frames_release(captured, set.count);
         return result == ML2S_TIMEOUT
                    ? result
-                   : error_set(error, result, handle->odd_error.vendor_code, "%s", handle->odd_error.message);
+                   : error_set(error, result, handle->last_failure.vendor_code, "%s", handle->last_failure.message);
     }
     bool any_usable = frameset_finish(&set);
-    handle->odd_captures = any_usable ? 0 : handle->odd_captures + (set.count != 0);
+    handle->unusable_captures = any_usable ? 0 : handle->unusable_captures + (set.count != 0);
     *count = set.count < capacity ? set.count : capacity;
     copy_out(frames, captured, sizeof *captured, *count);
     frames_release(captured + *count, set.count - *count);

@@ -21,7 +21,7 @@ class Eye : public testing::Test {
     void expectOddOf(ml2s_stream stream, const std::string &message) {
         Sensor sensor(settingsOf(ML2S_SENSOR_EYE, ML2S_STREAM_BIT(stream)));
         expectOdd(sensor, message);
-        EXPECT_EQ(script.countOf("MLEyeCameraReleaseCameraData"), int{ML2S_MOST_ODD_CAPTURES});
+        EXPECT_EQ(script.countOf("MLEyeCameraReleaseCameraData"), int{ML2S_MOST_UNUSABLE_CAPTURES});
     }
 
     uint8_t pixels[20] = {0, 1, 2, 3, 99, 4, 5, 6, 7, 99, 8, 9, 10, 11, 99, 12, 13, 14, 15, 99};

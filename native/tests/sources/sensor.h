@@ -150,7 +150,7 @@ inline void expectSkipped(const ml2s_frame &frame) {
 
 /** All frames of the sensor are odd: each is skipped and counted, until the poll fails and says text. */
 template <typename Capture> void expectOdd(Sensor &sensor, const std::string &text, Capture capture) {
-    for (uint32_t i = 0; i < ML2S_MOST_ODD_CAPTURES; i++) {
+    for (uint32_t i = 0; i < ML2S_MOST_UNUSABLE_CAPTURES; i++) {
         const auto frames = capture();
         ASSERT_EQ(frames.size(), 1u) << sensor.error.message;
         expectSkipped(frames[0]);

@@ -43,7 +43,7 @@ class World : public testing::Test {
     void expectOddOf(uint64_t stream, const std::string &text) {
         Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, stream));
         expectOdd(sensor, text);
-        EXPECT_EQ(script.countOf("MLWorldCameraReleaseCameraData"), int{ML2S_MOST_ODD_CAPTURES});
+        EXPECT_EQ(script.countOf("MLWorldCameraReleaseCameraData"), int{ML2S_MOST_UNUSABLE_CAPTURES});
     }
 
     std::vector<uint8_t> pixels;
@@ -134,7 +134,7 @@ TEST_F(World, FramesBeyondTheCallersRoomComeBack) {
 TEST_F(World, AnOddFrameIsSkippedAndCountedAndTheOthersGoOn) {
     script.worldFrames[1].frame_buffer.data = nullptr;
     Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kAll));
-    for (uint32_t i = 0; i < 2 * ML2S_MOST_ODD_CAPTURES; i++) {
+    for (uint32_t i = 0; i < 2 * ML2S_MOST_UNUSABLE_CAPTURES; i++) {
         const auto frames = sensor.poll();
         ASSERT_EQ(frames.size(), 3u) << sensor.error.message;
         EXPECT_EQ(frames[1].stream, uint32_t{ML2S_STREAM_WORLD_LEFT});
@@ -157,8 +157,8 @@ TEST_F(World, AFrameThatNamesNoCameraIsCountedAgainstTheOneThatHasNone) {
 
 TEST_F(World, OneUsableCaptureEndsARunOfOddOnes) {
     Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kLeft));
-    for (uint32_t i = 1; i < 3 * ML2S_MOST_ODD_CAPTURES; i++) {
-        script.worldFrames[1].frame_type = i % ML2S_MOST_ODD_CAPTURES ? 0 : MLWorldCameraFrameType_NormalExposure;
+    for (uint32_t i = 1; i < 3 * ML2S_MOST_UNUSABLE_CAPTURES; i++) {
+        script.worldFrames[1].frame_type = i % ML2S_MOST_UNUSABLE_CAPTURES ? 0 : MLWorldCameraFrameType_NormalExposure;
         sensor.poll();
         EXPECT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
     }

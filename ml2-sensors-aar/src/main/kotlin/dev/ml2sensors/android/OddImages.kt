@@ -13,7 +13,7 @@ internal class OddImages(private val fail: (Exception) -> Unit) {
     }
 
     companion object {
-        /** As ML2S_MOST_ODD_CAPTURES of the native library: a second of images. */
+        /** As ML2S_MOST_UNUSABLE_CAPTURES of the native library: a second of images. */
         const val MOST = 30
     }
 }
