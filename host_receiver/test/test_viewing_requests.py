@@ -11,6 +11,7 @@ import pytest
 from ml2_receiver.table.reader import load_table
 from ml2_tools.viewing.controls import SERVICES, controls
 from ml2_tools.viewing.page_files import page_files
+from ml2_tools.viewing.products_beside import PRODUCTS
 from ml2_tools.viewing.requests import (
     Call,
     Change,
@@ -177,7 +178,7 @@ def test_eye_cameras_are_steered_on_request_only() -> None:
 def test_the_buttons_of_the_page_are_the_services() -> None:
     _, script = page_files()["/actions.js"]
     labels = script.decode().partition("const LABELS = {")[2].partition("}")[0]
-    assert set(re.findall(r"(\w+): ", labels)) == SERVICES
+    assert set(re.findall(r"(\w+): ", labels)) == SERVICES | PRODUCTS
 
 
 def test_eye_cameras_are_offered_on_request_only() -> None:

@@ -25,6 +25,7 @@ from ml2_tools.viewing.controls import controls
 from ml2_tools.viewing.live_source import LiveSource
 from ml2_tools.viewing.page_files import HEADERS, page_files
 from ml2_tools.viewing.pairing import PagePairing
+from ml2_tools.viewing.products_beside import ProductsBeside
 from ml2_tools.viewing.server import WRONG_TOKEN, ViewServer
 from ml2_tools.viewing.steering import Steering
 from ml2_tools.viewing.view import View
@@ -48,7 +49,9 @@ def url(ros_of_children: None) -> Iterator[str]:
     source = LiveSource("")
     view = View(source, "", with_eyes=False)
     pairing = PagePairing(view, pytest.fail)
-    steering = Steering(view, source.context, "/ml2_receiver", controls(with_eyes=False), pairing)
+    products = ProductsBeside(view, "")
+    offered = controls(with_eyes=False)
+    steering = Steering(view, source.context, "/ml2_receiver", offered, pairing, products)
     server = ViewServer(listener, view, steering, TOKEN)
     yield address
     server.close()

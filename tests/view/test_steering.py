@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import re
 import subprocess
+from contextlib import ExitStack
 
 import pytest
+import rclpy
 from playwright.sync_api import Locator, Page, expect
+from rclpy.context import Context
 from rosbags.highlevel import AnyReader
 
 from images import await_images, keep_screens
 from lab import Lab
 from ml2_receiver.configuration.config import load_config
 from processes import RECEIVER
+from waiting import await_true
 
 _COLOR = "[data-stream=color]"
 _REFUSED = "0 648x720@30"
@@ -150,6 +154,22 @@ def test_a_recording_of_the_page_is_a_bag(page: Page, lab: Lab) -> None:
     assert counts["/magic_leap2/world_left/image_raw/compressed"] > 0
     expect(record).to_have_text("Record")
     expect(record).to_have_attribute("aria-pressed", "false")
+
+
+def test_products_are_made_until_they_are_switched_off(page: Page, lab: Lab) -> None:
+    button, topic = page.locator("#products"), "/magic_leap2/depth/points"
+    with ExitStack() as stack:
+        context = Context()
+        rclpy.init(context=context, domain_id=int(lab.environment["ROS_DOMAIN_ID"]))
+        stack.callback(context.shutdown)
+        node = rclpy.create_node("looks_for_products", context=context)
+        stack.callback(node.destroy_node)
+        button.click()
+        expect(button).to_have_text("Stop products")
+        await_true(lambda: node.count_publishers(topic) == 1)
+        button.click()
+        expect(button).to_have_text("Make products")
+        await_true(lambda: node.count_publishers(topic) == 0)
 
 
 def test_the_link_is_tested(page: Page) -> None:

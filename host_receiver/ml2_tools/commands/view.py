@@ -116,6 +116,7 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
         from ..viewing.steering import Steering
     from ..viewing.controls import controls
     from ..viewing.pairing import PagePairing
+    from ..viewing.products_beside import ProductsBeside
     from ..viewing.view import View
 
     with diagnostics_node() as node:
@@ -123,7 +124,8 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
     source = LiveSource(options.name)
     view = View(source, options.name, options.eyes)
     pairing = PagePairing(view, lambda: _pairing_offer(options))
-    steering = Steering(view, source.context, receiver, controls(options.eyes), pairing)
+    products = ProductsBeside(view, options.name)
+    steering = Steering(view, source.context, receiver, controls(options.eyes), pairing, products)
     try:
         yield view, steering
     finally:

@@ -23,7 +23,7 @@ from ..images.pixels import pixels_of
 from .cloud import CLOUD, Points, points_in_world
 from .newest_image import Newest
 from .scene import SCENE
-from .state import image_streams
+from .state import image_streams, published_images
 from .view import View
 
 SNAPSHOT = "snapshot"
@@ -40,7 +40,11 @@ def snapshot_of(view: View, shown: Collection[str]) -> bytes:
     Args:
         shown: the streams that the browser shows; others are taken, too, but eye cameras.
     """
-    wanted = {*image_streams(with_eyes=False), *shown} & view.published & set(view.streams)
+    wanted = (
+        {*image_streams(with_eyes=False), *shown}
+        & published_images(view.rows).keys()
+        & set(view.streams)
+    )
     watcher = object()
     view.watch(watcher, frozenset({*wanted, SCENE, CLOUD}))
     try:

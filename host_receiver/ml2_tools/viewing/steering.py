@@ -16,6 +16,7 @@ from ml2_receiver.wire.json_body import Scalar
 from ..live.receiver_client import ReceiverClient
 from .controls import SERVICES, Control
 from .pairing import PagePairing
+from .products_beside import PRODUCTS, ProductsBeside
 from .requests import Answer, Call, Change, Newest, Offer, Pair, Steer
 from .view import View
 
@@ -35,6 +36,7 @@ class Steering:
         receiver: the full name of the receiver's node.
         controls: the controls by section.
         pairing: pairs headsets with the receiver; close() ends it.
+        products: runs `products` beside the page; close() ends it.
     """
 
     def __init__(
@@ -44,9 +46,10 @@ class Steering:
         receiver: str,
         controls: Mapping[str, Control],
         pairing: PagePairing,
+        products: ProductsBeside,
     ) -> None:
-        self.offer = Offer(controls, SERVICES, has_pairing=True)
-        self._view, self._pairing = view, pairing
+        self.offer = Offer(controls, SERVICES | PRODUCTS, has_pairing=True)
+        self._view, self._pairing, self._products = view, pairing, products
         self._client = ReceiverClient(context, receiver, _PATIENCE_S, SERVICES)
         self._settings: tuple[int, str] = 0, ""
         self._is_over = False
@@ -61,6 +64,7 @@ class Steering:
         self._thread.join()
         self._client.close()
         self._pairing.end()
+        self._products.end()
 
     def described(self) -> dict[str, Any]:
         return {"controls": [it.described() for it in self.offer.controls.values()]}
@@ -69,6 +73,7 @@ class Steering:
         return [
             ("settings", lambda: self._settings),
             ("pairing", lambda: self._pairing.newest),
+            ("products", lambda: self._products.newest),
         ]
 
     def submit(self, request: Steer, answered: Callable[[Answer], None]) -> None:
@@ -78,6 +83,7 @@ class Steering:
         def carry_out() -> None:
             answer = self._answer(request)
             # The page shows the values in force when it gets the answer.
+            self._products.look()
             self._read_settings()
             answered(answer)
 
@@ -88,6 +94,7 @@ class Steering:
             try:
                 self._tasks.get(timeout=_PERIOD_S)()
             except queue.Empty:
+                self._products.look()
                 if self._view.is_watched:
                     self._read_settings()
 
@@ -96,15 +103,24 @@ class Steering:
             return self._pair(request)
         to = request.service if isinstance(request, Call) else request.section
         try:
+            if to in PRODUCTS:
+                self._switch_products(to)
+                return Answer(to, True, "")
             if isinstance(request, Call):
                 return Answer(to, *self._client.call(request.service, request.keys))
             values = {f"{to}.{key}": value for key, value in request.values.items()}
             return Answer(to, *self._client.set(values))
-        except RosError as error:
+        except ReceiverError as error:
             return Answer(to, False, str(error))
         except Exception as error:  # the next request may be another one
             self._view.faults.add(f"a request for {to}", error)
             return Answer(to, False, f"internal error: {error!r}")
+
+    def _switch_products(self, to: str) -> None:
+        if to == "start_products":
+            self._products.begin()
+        else:
+            self._products.end()
 
     def _pair(self, request: Pair) -> Answer:
         try:

@@ -126,9 +126,9 @@ class View:
         return self.images.keys() | {SCENE, CLOUD} | self._fields.keys()
 
     @property
-    def published(self) -> Set[str]:
-        """The streams whose images the source publishes at present."""
-        return published_images(self._rows).keys()
+    def rows(self) -> Rows:
+        """What the source said last, in the form of rows of /diagnostics."""
+        return self._rows
 
     @property
     def is_watched(self) -> bool:

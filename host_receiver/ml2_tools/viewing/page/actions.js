@@ -4,6 +4,7 @@ import { setText } from "./elements.js";
 
 const LABELS = {
   start: "Start streams", stop: "Stop streams", start_recording: "Record", stop_recording: "Stop recording",
+  start_products: "Make products", stop_products: "Stop products",
   test_link: "Test the link", save_config: "Save changes",
 };
 
@@ -42,6 +43,13 @@ export class Actions {
     this.#offer("record", isRecording ? "stop_recording" : "start_recording", "");
     this.#record.setAttribute("aria-pressed", String(isRecording));
     if (isRecording) setText(this.#record, `${LABELS.stop_recording} ${clock(recording_s)}`);
+  }
+
+  // Shows whether `products` runs beside the page.
+  showProducts({ is_on }) {
+    const button = this.#buttons.get("products");
+    this.#offer("products", is_on ? "stop_products" : "start_products", button.dataset.reason);
+    button.setAttribute("aria-pressed", String(is_on));
   }
 
   // Says why nothing can be done.

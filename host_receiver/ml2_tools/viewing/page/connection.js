@@ -56,6 +56,7 @@ export function connect(handlers) {
       case "settings":
       case "pairing":
       case "log":
+      case "products":
       case "position":
         handlers[message.type](message);
         return message.type;

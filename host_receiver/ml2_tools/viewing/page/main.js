@@ -111,6 +111,7 @@ const connection = connect({
   },
   pairing: (news) => pairing.show(news),
   log: (lines) => log.show(lines),
+  products: (products) => actions.showProducts(products),
   settings: (settings) => configuration.show(settings),
   answer(answer) {
     timeLine?.answer();
