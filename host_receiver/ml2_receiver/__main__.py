@@ -1,5 +1,10 @@
+import signal
 import sys
 
-from .cli import main
+# Ctrl-C while modules are imported ends the process without a traceback.
+signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-sys.exit(main())
+from .cli import main  # noqa: E402
+
+if __name__ == "__main__":
+    sys.exit(main())

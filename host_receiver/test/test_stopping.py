@@ -122,3 +122,24 @@ def test_a_command_that_works_on_after_its_stop_is_ended_by_the_next_signal(
         assert child.line() == "works on"
         assert child.end(number) == code
     assert child.errors == []
+
+
+# Gets Ctrl-C while the module of the command line is looked for.
+IMPORTING = """
+import os, runpy, signal, sys
+
+class Interrupting:
+    @staticmethod
+    def find_spec(name, *_):
+        if name == "ml2_receiver.cli":
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting)
+runpy.run_module("ml2_receiver", run_name="__main__")
+"""
+
+
+def test_ctrl_c_while_modules_are_imported_has_no_traceback() -> None:
+    with Child("-c", IMPORTING) as child:
+        assert child.wait() == -signal.SIGINT
+    assert child.errors == []
