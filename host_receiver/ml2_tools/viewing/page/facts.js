@@ -1,5 +1,8 @@
-// The facts about the headset at the top of the page, and under them the warnings and the lost messages.
+// The facts about the headset at the top of the page, and under them warnings, lost messages and the log.
 import { element, setText } from "./elements.js";
+import { timeOfDay } from "./timeline.js";
+
+const WARNING = "WARNING";
 
 export class Facts {
   #facts = document.getElementById("facts");
@@ -41,4 +44,26 @@ export class Facts {
 
 function counted(count, noun) {
   return `${count} ${noun}${count === 1 ? "" : "s"}`;
+}
+
+// What app, headset and receiver say in the topic `log`, the newest first.
+export class Log {
+  #details = document.getElementById("log");
+
+  show({ lines }) {
+    const newest = [...lines].reverse();
+    this.#details.hidden = !lines.length;
+    if (!lines.length) return;
+    const [[unixS, text]] = newest;
+    const summary = this.#details.querySelector("summary");
+    summary.className = levelOf(text);
+    setText(summary, `log: ${timeOfDay(unixS)} ${text}`);
+    this.#details.querySelector("ol").replaceChildren(
+      ...newest.map(([thenS, words]) => element("li", levelOf(words), element("span", "quiet", `${timeOfDay(thenS)} `), words)),
+    );
+  }
+}
+
+function levelOf(text) {
+  return text.startsWith(WARNING) ? "level-1" : "quiet";
 }

@@ -1,7 +1,6 @@
 // The view of a camera: a pyramid of lines with the camera's image on its base.
 import { BufferAttribute, BufferGeometry, CanvasTexture, DoubleSide, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, SRGBColorSpace } from "./three.min.js";
-import { label } from "./label.js";
-import { Places } from "./places.js";
+import { label, Places } from "./shapes.js";
 
 const FAR_M = 0.3;
 const IMAGE = { width: 160, height: 120 };

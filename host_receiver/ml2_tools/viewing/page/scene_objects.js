@@ -1,7 +1,6 @@
 // What is in the 3D view, in metres in the world frame: x forward, y left, z up.
 import { Frustum } from "./frustum.js";
-import { label } from "./label.js";
-import { Places } from "./places.js";
+import { label, Places } from "./shapes.js";
 import {
   AxesHelper, BufferAttribute, Color, GridHelper, InstancedMesh, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh,
   MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, SRGBColorSpace,
