@@ -10,10 +10,12 @@ from document import ROOT
 _KOTLIN = "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors/"
 _KOTLIN_WAIT = re.compile(
     r"@(?:[gs]et:)?Synchronized|synchronized\([\w@]+\)|\b\w+\??\.(?:withLock|await|join|joinAll|acquire)\b"
-    r"|\b(?:runBlocking|lazy)\b(?= *[({])|\bcall\.get\b|Thread\.sleep"
+    r"|\brunBlocking\b(?= *[({])|\blazy\b(?= *(?:\{|\((?!LazyThreadSafetyMode)))|\bcall\.get\b|Thread\.sleep"
 )
+# What has parameters with types is a definition.
 _C_WAIT = re.compile(
-    r"\b(?:nanosleep|await_another_thread|usleep|sem_wait|pthread_\w+)\b(?=\()|\block\([^)]+\)"
+    r"\b(?:nanosleep|await_another_thread|usleep|sleep_\w+|sem_wait|pthread_\w+|(?:xr_)?turn_take\w*|xr_take_turn)"
+    r"\b(?=\((?!void|turn_t))|\block\((?!lock_t)[^)]+\)"
 )
 _COMMENT = ("*", "/*", "//", "import ")
 _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| [^|]+ \| [^|]+ \|$", re.MULTILINE)
@@ -24,12 +26,14 @@ def in_code() -> set[tuple[str, str]]:
     packages = [kotlin / name for name in ("android", "stream", "session", "unity")]
     files = [file for package in packages for file in package.glob("*.kt")]
     files += [kotlin / "source/PlatformCalls.kt", kotlin / "capture/SensorThread.kt"]
-    return found_in(kotlin, files, _KOTLIN_WAIT) | found_in(
-        ROOT, list((ROOT / "native/sources").glob("*.[ch]")), _C_WAIT
-    )
+    native = [ROOT / "native" / name for name in ("sdk", "sources", "openxr")]
+    native_files = [file for folder in native for file in folder.glob("*.[ch]")]
+    return found_in(kotlin, files, _KOTLIN_WAIT) | found_in(ROOT, native_files, _C_WAIT)
 
 
-def found_in(root: Path, files: list[Path], pattern: re.Pattern[str]) -> set[tuple[str, str]]:
+def found_in(
+    root: Path, files: list[Path], pattern: re.Pattern[str]
+) -> set[tuple[str, str]]:
     return {
         (str(file.relative_to(root)), wait)
         for file in files
@@ -38,7 +42,9 @@ def found_in(root: Path, files: list[Path], pattern: re.Pattern[str]) -> set[tup
 
 
 def waits(text: str, pattern: re.Pattern[str]) -> set[str]:
-    lines = [line for line in text.splitlines() if not line.strip().startswith(_COMMENT)]
+    lines = [
+        line for line in text.splitlines() if not line.strip().startswith(_COMMENT)
+    ]
     found = {it.group() for line in lines for it in pattern.finditer(line)}
     # A question mark and the accessor of a property make no other wait.
     return {re.sub(r"\?|(?<=@)[gs]et:", "", it) for it in found}

@@ -16,7 +16,15 @@ import java.security.UnrecoverableKeyException
 import java.security.cert.X509Certificate
 import java.security.spec.ECGenParameterSpec
 import java.util.Date
+import java.util.concurrent.ExecutionException
+import java.util.concurrent.FutureTask
+import java.util.concurrent.LinkedBlockingQueue
+import java.util.concurrent.ThreadPoolExecutor
+import java.util.concurrent.TimeUnit
+import java.util.concurrent.TimeoutException
 import javax.security.auth.x500.X500Principal
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
 
 /** The keys of this app on this headset: the private one in Android's Keystore, which does not let it out. */
 internal object AndroidKeys {
@@ -27,22 +35,48 @@ internal object AndroidKeys {
     private val NOT_BEFORE = Date(946_684_800_000)
     private val NOT_AFTER = Date(253_402_300_799_000)
 
+    /** Many times what a Keystore takes to make a key. */
+    private val LIMIT = 30.seconds
+    private const val IDLE_SECONDS = 5L
+
+    /** Does one thing at a time, since two keys that are made at a time would replace each other. */
+    private val KEYSTORE = ThreadPoolExecutor(0, 1, IDLE_SECONDS, TimeUnit.SECONDS, LinkedBlockingQueue()) {
+        Thread(it, "ml2s keystore").apply { isDaemon = true }
+    }
+
     /**
      * The private key is looked for, and made when there is none, when it is first needed. One that the Keystore lists and
      * cannot read is an IOException: a new one would be unknown to all receivers.
+     *
+     * @param limit how long the Keystore may take.
      */
-    fun of(context: Context): DeviceKeys = of(context) { reason ->
+    fun of(context: Context, limit: Duration = LIMIT): DeviceKeys = of(context, limit) { reason ->
         throw IOException("$reason; pair this headset again by `ml2-receiver pair`, which makes a new key")
     }
 
     /** As [of], but replaces an unreadable key; [replaced] receives the reason. */
-    fun forPairing(context: Context, replaced: (reason: String) -> Unit): DeviceKeys = of(context, replaced)
+    fun forPairing(context: Context, replaced: (reason: String) -> Unit): DeviceKeys = of(context, LIMIT, replaced)
 
-    private fun of(context: Context, unreadable: (reason: String) -> Unit) =
-        DeviceKeys(lazy { identity(unreadable) }, File(context.filesDir, "ml2-sensors-receivers.json"))
+    private fun of(context: Context, limit: Duration, unreadable: (reason: String) -> Unit): DeviceKeys {
+        // Without a lock, which would be held while the Keystore is awaited
+        val identity = lazy(LazyThreadSafetyMode.PUBLICATION) { answer(limit) { identity(unreadable) } }
+        return DeviceKeys(identity, File(context.filesDir, "ml2-sensors-receivers.json"))
+    }
 
-    /** @throws IOException when the Keystore fails. */
-    @Synchronized
+    /** @throws IOException when the Keystore fails, or has not answered within [limit]. */
+    private fun <T> answer(limit: Duration, question: () -> T): T {
+        val call = FutureTask(question)
+        KEYSTORE.execute(call)
+        return try {
+            call.get(limit.inWholeMilliseconds, TimeUnit.MILLISECONDS)
+        } catch (e: ExecutionException) {
+            throw e.cause ?: e
+        } catch (_: TimeoutException) {
+            call.cancel(false)
+            throw IOException("Android's Keystore: no answer within $limit; if that lasts, restart the headset")
+        }
+    }
+
     private fun identity(unreadable: (reason: String) -> Unit): DeviceIdentity = try {
         val store = KeyStore.getInstance(PROVIDER).apply { load(null) }
         if (!store.isKeyEntry(ALIAS)) make()

@@ -37,7 +37,8 @@ internal class ByteBufferOutputStream(private val target: ByteBuffer) : OutputSt
 
 /** Measures once how fast [encoder] is on this device, with a picture of more detail than most. */
 internal class EncoderSpeed(private val encoder: JpegEncoder, private val nowNanos: () -> Long = System::nanoTime) {
-    private val pixelsPerSecond by lazy {
+    /** Without a lock, which would be held while the encoder is awaited. */
+    private val pixelsPerSecond by lazy(LazyThreadSafetyMode.PUBLICATION) {
         val picture = ByteArray(WIDTH * HEIGHT * 3 / 2) { ((it * it / 7) % 251).toByte() }
         WIDTH * HEIGHT * 1e9 / List(RUNS) { encodeNanos(picture) }.min().coerceAtLeast(1)
     }

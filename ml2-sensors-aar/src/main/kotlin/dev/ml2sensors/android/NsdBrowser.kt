@@ -8,17 +8,19 @@ import android.net.wifi.WifiManager
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ReceiverBrowser
+import dev.ml2sensors.source.NoAnswerException
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.transport.Fingerprint
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.FlowCollector
 import kotlinx.coroutines.flow.flow
-import kotlinx.coroutines.sync.Mutex
-import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.atomic.AtomicInteger
+import java.util.concurrent.atomic.AtomicReference
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 
@@ -38,84 +40,128 @@ internal fun nsdBrowser(context: Context): ReceiverBrowser {
 }
 
 /**
- * Finds receivers with Android's NsdManager, as of API 29. A resolution may never be answered, and then that manager
- * answers no later one either. So each resolution has a [resolutionLimit]. After it the search continues with a new
+ * Finds receivers with Android's NsdManager, as of API 29. It may not return from a call, or never answer a resolution,
+ * and then that manager answers no later one either. So each has a limit. After it the search continues with a new
  * manager, and the receiver's last known address is used meanwhile.
  *
  * All searches share one manager, because nothing ends the thread and the connection to the system that each manager
  * has. At most [MAX_MANAGERS] are ever made; the last one stays, whether it answers or not.
  *
+ * @param newManager is called on a thread of its own: Android's constructor waits for the system.
  * @param wifi null if no multicast lock is needed.
  */
 internal class NsdBrowser(
     private val newManager: () -> NsdManager,
     private val wifi: WifiManager?,
     private val resolutionLimit: Duration = RESOLUTION_LIMIT,
+    private val calls: PlatformCalls = PlatformCalls(),
 ) : ReceiverBrowser {
     private val lastKnown = ConcurrentHashMap<String, ReceiverAddress>()
-    private val resolving = Mutex()
-    private var manager: NsdManager? = null
-    private var managersMade = 0
+    private val present = AtomicReference<Manager?>()
+    private val managersMade = AtomicInteger()
 
-    /** The latest resolution of [manager]. It may be unanswered, since a search can be cancelled meanwhile. */
-    private var latest: Resolution? = null
+    /** An NsdManager, and its latest resolution, which may be unanswered, since a search can be cancelled meanwhile. */
+    private inner class Manager(val nsd: NsdManager, number: Int) {
+        private val latest = AtomicReference<Resolution?>()
+        private val name = "Android's NsdManager $number"
+
+        fun discover(search: Search) = calls.call(name, late = {
+            if (!search.hasFailed) nsd.stopServiceDiscovery(search)
+        }) {
+            nsd.discoverServices(ReceiverBrowser.SERVICE_TYPE, NsdManager.PROTOCOL_DNS_SD, search)
+        }
+
+        /** While this has not returned, no other search begins. */
+        fun stop(search: Search) {
+            if (!search.hasFailed) calls.end(name) { nsd.stopServiceDiscovery(search) }
+        }
+
+        /**
+         * Resolves [service]; the address is not completed if Android has not answered in time. One at a time, because
+         * NsdManager refuses a second resolution until the first is answered.
+         */
+        suspend fun resolve(service: NsdServiceInfo): Resolution {
+            val resolution = Resolution()
+            do {
+                val earlier = latest.get()
+                if (earlier != null && !earlier.isAnswered()) return earlier
+            } while (!latest.compareAndSet(earlier, resolution))
+            try {
+                calls.call(name) { nsd.resolveService(service, resolution) }
+            } catch (_: NoAnswerException) {
+                return resolution
+            }
+            resolution.isAnswered()
+            return resolution
+        }
+
+        private suspend fun Resolution.isAnswered() =
+            withTimeoutOrNull(resolutionLimit) { address.join() } != null
+    }
 
     override fun receivers(): Flow<Map<String, ReceiverAddress>> = flow {
-        val lock = wifi?.createMulticastLock(LOCK)?.apply { acquire() }
+        val lock = acquireLock()
         try {
             while (true) searchUntilStuck()
         } finally {
-            lock?.release()
+            lock?.let(::releaseLock)
         }
+    }
+
+    /** Returns null if there is none: without it, some networks show no receivers. */
+    private fun acquireLock() = try {
+        calls.call(LOCK_CALL, late = { it?.release() }) { wifi?.createMulticastLock(LOCK)?.apply { acquire() } }
+    } catch (_: NoAnswerException) {
+        null
+    }
+
+    private fun releaseLock(lock: WifiManager.MulticastLock) = try {
+        calls.end(LOCK_CALL) { lock.release() }
+    } catch (_: NoAnswerException) {
+        // It is released when Android returns
     }
 
     /** Searches, and returns when the manager no longer answers. */
     private suspend fun FlowCollector<Map<String, ReceiverAddress>>.searchUntilStuck() {
-        val nsd = manager()
+        val manager = manager()
         val search = Search()
         try {
-            nsd.discoverServices(ReceiverBrowser.SERVICE_TYPE, NsdManager.PROTOCOL_DNS_SD, search)
+            manager.discover(search)
+            search(manager, search)
+        } catch (e: NoAnswerException) {
+            replace(manager)
+            throw e
+        }
+    }
+
+    private suspend fun FlowCollector<Map<String, ReceiverAddress>>.search(manager: Manager, search: Search) {
+        try {
             var found = emptyMap<String, ReceiverAddress>()
             for (sighting in search.sightings) {
                 val name = sighting.service.serviceName
-                val resolution = if (sighting.isLost) null else resolve(nsd, sighting.service)
+                val resolution = if (sighting.isLost) null else manager.resolve(sighting.service)
                 val isStuck = resolution != null && !resolution.address.isCompleted
                 val address = if (isStuck) lastKnown[name] else resolution?.address?.await()
                 if (address != null) lastKnown[name] = address
                 found = if (address == null) found - name else found + (name to address)
                 emit(found)
-                if (isStuck) return replace(nsd)
+                if (isStuck) return replace(manager)
             }
         } finally {
-            if (!search.hasFailed) nsd.stopServiceDiscovery(search)
+            try {
+                manager.stop(search)
+            } catch (_: NoAnswerException) { // Another one than this may be under way, as a cancellation
+                replace(manager)
+            }
         }
     }
 
-    @Synchronized
-    private fun manager(): NsdManager = manager ?: newManager().also {
-        manager = it
-        managersMade++
+    private fun manager(): Manager = present.get() ?: calls.call("a new NsdManager of Android") {
+        Manager(newManager(), managersMade.incrementAndGet()).also { present.compareAndSet(null, it) }
     }
 
-    @Synchronized
-    private fun replace(stuck: NsdManager) {
-        if (manager !== stuck || managersMade == MAX_MANAGERS) return
-        manager = null
-        latest = null
-    }
-
-    /**
-     * Resolves [service]; the address is not completed if Android has not answered in time. One at a time, because
-     * NsdManager refuses a second resolution until the first is answered.
-     */
-    private suspend fun resolve(nsd: NsdManager, service: NsdServiceInfo): Resolution = resolving.withLock {
-        latest?.let { earlier ->
-            withTimeoutOrNull(resolutionLimit) { earlier.address.join() } ?: return earlier
-        }
-        val resolution = Resolution().also { latest = it }
-        nsd.resolveService(service, resolution)
-        withTimeoutOrNull(resolutionLimit) { resolution.address.join() }
-        resolution
+    private fun replace(stuck: Manager) {
+        if (managersMade.get() < MAX_MANAGERS) present.compareAndSet(stuck, null)
     }
 
     private class Sighting(val service: NsdServiceInfo, val isLost: Boolean)
@@ -168,6 +214,7 @@ internal class NsdBrowser(
 
     private companion object {
         const val LOCK = "ml2sensors"
+        const val LOCK_CALL = "Android's lock for multicast"
 
         /** More than the receivers of any network; further ones are missed. */
         const val MAX_SIGHTINGS = 256

@@ -85,7 +85,7 @@ internal open class PlatformCalls(private val limit: Duration = LIMIT) {
                 late(get())
             } catch (_: ExecutionException) {
                 // There is nothing to undo, and the caller was told
-            } catch (_: RuntimeException) {
+            } catch (_: Exception) {
                 // Undoing failed, after the caller was told; an exception that leaves this thread would end the app
             }
         }

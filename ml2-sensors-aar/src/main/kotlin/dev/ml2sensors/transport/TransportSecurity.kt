@@ -15,7 +15,8 @@ public sealed interface TransportSecurity {
         internal constructor(identity: DeviceIdentity, receivers: Set<Fingerprint>) :
             this({ TlsClient(identity, receivers) })
 
-        internal val client: TlsClient by lazy(makeClient)
+        // Without a lock, which would be held while the platform's key store is awaited
+        internal val client: TlsClient by lazy(LazyThreadSafetyMode.PUBLICATION, makeClient)
     }
 
     /**

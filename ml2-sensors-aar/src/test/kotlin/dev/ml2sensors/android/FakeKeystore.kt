@@ -20,6 +20,7 @@ import java.security.spec.AlgorithmParameterSpec
 import java.util.Collections
 import java.util.Date
 import java.util.Enumeration
+import java.util.concurrent.CountDownLatch
 
 /**
  * What Robolectric lacks: the provider `AndroidKeyStore`, with keys that are made for one [made] specification each.
@@ -30,6 +31,10 @@ internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
 
     /** True while the keys that were made so far are listed but cannot be read. */
     var isUnreadable = false
+
+    /** What is awaited before it says whether there is a key. */
+    @Volatile
+    var answer: CountDownLatch? = null
 
     /** Holds the key of [identity] as [alias] from the start. */
     fun add(alias: String, identity: DeviceIdentity) {
@@ -103,7 +108,10 @@ internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
 
         override fun engineContainsAlias(alias: String): Boolean = alias in content
 
-        override fun engineIsKeyEntry(alias: String): Boolean = alias in content
+        override fun engineIsKeyEntry(alias: String): Boolean {
+            answer?.await()
+            return alias in content
+        }
 
         override fun engineSize(): Int = content.size
 

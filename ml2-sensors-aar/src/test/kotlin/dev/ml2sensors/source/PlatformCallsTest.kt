@@ -2,6 +2,7 @@ package dev.ml2sensors.source
 
 import dev.ml2sensors.TEST_LIMIT
 import org.junit.jupiter.api.Test
+import java.io.IOException
 import java.util.concurrent.CountDownLatch
 import java.util.concurrent.LinkedBlockingQueue
 import java.util.concurrent.TimeUnit
@@ -48,6 +49,27 @@ class PlatformCallsTest {
         calls.end("opening", ended::countDown)
         assertEquals(0, ended.count)
         answer.countDown()
+    }
+
+    @Test
+    fun anUndoingThatFailsDoesNotEndTheApp() {
+        val answer = CountDownLatch(1)
+        val uncaught = LinkedBlockingQueue<Throwable>()
+        lateinit var thread: Thread
+        val calls = object : PlatformCalls(limit = 50.milliseconds) {
+            override fun execute(call: Runnable) {
+                thread = Thread(call).apply {
+                    setUncaughtExceptionHandler { _, e -> uncaught += e }
+                    start()
+                }
+            }
+        }
+        assertFailsWith<NoAnswerException> {
+            calls.call("opening", late = { throw IOException("it cannot be closed") }) { answer.await() }
+        }
+        answer.countDown()
+        thread.join()
+        assertEquals(emptyList(), uncaught.toList())
     }
 
     @Test

@@ -12,11 +12,13 @@ import org.robolectric.annotation.Config
 import java.io.IOException
 import java.security.spec.ECGenParameterSpec
 import java.time.Instant
+import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
 import kotlin.test.assertNotEquals
 import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.milliseconds
 
 @RunWith(RobolectricTestRunner::class)
 @Config(sdk = [29], manifest = Config.NONE)
@@ -50,6 +52,20 @@ class AndroidKeysTest {
     fun aKeystoreThatFailsIsAnInputOutputFailure() {
         val failure = assertFailsWith<IOException> { AndroidKeys.of(app).identity }
         assertTrue("Android's Keystore returned no key" in failure.message.orEmpty(), "$failure")
+    }
+
+    @Test
+    fun aKeystoreThatDoesNotAnswerFailsEveryCallerAndMakesOneKeyWhenItDoes() = keystore.use {
+        val answer = CountDownLatch(1)
+        keystore.answer = answer
+        repeat(2) {
+            val failure = assertFailsWith<IOException> { AndroidKeys.of(app, limit = 50.milliseconds).identity }
+            assertTrue("Keystore: no answer within 50ms" in failure.message.orEmpty(), "$failure")
+        }
+        answer.countDown()
+        val first = AndroidKeys.of(app).identity.fingerprint
+        assertEquals(first, AndroidKeys.of(app).identity.fingerprint)
+        assertEquals(1, keystore.made.size)
     }
 
     @Test

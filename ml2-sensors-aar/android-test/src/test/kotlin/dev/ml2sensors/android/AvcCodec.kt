@@ -30,6 +30,7 @@ class AvcCodec : ShadowMediaCodec() {
 
     @Implementation
     fun getInputImage(index: Int): Image {
+        NeverReturns.pass("MediaCodec.getInputImage")
         val memory = checkNotNull(codec.getInputBuffer(index))
         val planes = layout.planes(memory, size.first, size.second)
         return FakeImage(ImageFormat.YUV_420_888, size.first, size.second, 0, planes)
@@ -37,11 +38,13 @@ class AvcCodec : ShadowMediaCodec() {
 
     @Implementation
     fun setParameters(parameters: Bundle) {
+        NeverReturns.pass("MediaCodec.setParameters")
         if (parameters.containsKey(MediaCodec.PARAMETER_KEY_REQUEST_SYNC_FRAME)) isKeyFrameWanted = true
     }
 
     @Implementation
     override fun native_queueInputBuffer(index: Int, offset: Int, size: Int, micros: Long, flags: Int) {
+        NeverReturns.pass("MediaCodec.queueInputBuffer")
         val isConfig = sendsParameterSetsOnce && parameterSets == null
         val added = if (isConfig) MediaCodec.BUFFER_FLAG_CODEC_CONFIG else 0
         super.native_queueInputBuffer(index, offset, size, micros, flags or added)

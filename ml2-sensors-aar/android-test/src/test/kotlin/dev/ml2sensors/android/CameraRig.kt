@@ -84,8 +84,12 @@ internal class CameraRig(private val manager: CameraManager) {
         /** True if the product has closed the camera, for everything that it has been told so far. */
         val isClosed: Boolean get() = !deliver {}
 
-        fun complete(result: TotalCaptureResult): Boolean =
-            deliver { callback.onCaptureCompleted(session, request, result) }
+        fun complete(result: TotalCaptureResult): Boolean = deliver { completeHere(result) }
+
+        /** As [complete], on the thread of the callbacks. */
+        fun completeHere(result: TotalCaptureResult) {
+            if (!camera.isClosed) callback.onCaptureCompleted(session, request, result)
+        }
 
         /** Reports a capture that failed before its image was captured, or after. */
         fun fail(wasImageCaptured: Boolean): Boolean = deliver {
@@ -151,13 +155,20 @@ internal class CameraRig(private val manager: CameraManager) {
     fun Running.image(image: Image): Boolean = deliver(image).also { handler.runAndWait {} }
 
     /** Delivers the result of the next frame. */
-    fun Running.result(timestamp: Long, exposureNanos: Long? = null, tags: Map<String, Any> = emptyMap()): Boolean {
+    fun Running.result(timestamp: Long, exposureNanos: Long? = null, tags: Map<String, Any> = emptyMap()): Boolean =
+        complete(newResult(timestamp, exposureNanos, tags))
+
+    /** As [result], on the thread of the callbacks. */
+    fun Running.resultHere(timestamp: Long, exposureNanos: Long?, tags: Map<String, Any>): Unit =
+        completeHere(newResult(timestamp, exposureNanos, tags))
+
+    private fun newResult(timestamp: Long, exposureNanos: Long?, tags: Map<String, Any>): TotalCaptureResult {
         val result = Shadow.newInstanceOf(TotalCaptureResult::class.java)
         ReflectionHelpers.setField(result, "mFrameNumber", frames++)
         val values =
             mapOf("android.sensor.timestamp" to timestamp, "android.sensor.exposureTime" to exposureNanos) + tags
         Shadow.extract<TaggedResult>(result).values = values
-        return complete(result)
+        return result
     }
 
     private fun mapOf(modes: List<Mode>) = StreamConfigurationMap(

@@ -14,7 +14,6 @@ import java.net.InetAddress
 import java.util.concurrent.atomic.AtomicInteger
 import kotlin.test.assertEquals
 import kotlin.test.assertNull
-import kotlin.test.assertSame
 import kotlin.test.assertTrue
 
 /** A network of services; refuses what Android 10 refuses: a second resolution, and listeners it does not know. */
@@ -23,7 +22,7 @@ class FakeNsdManager {
     private val services = linkedMapOf<String, NsdServiceInfo>()
     private val resolutions = Channel<() -> Unit>(Channel.UNLIMITED)
     private val usedListeners = mutableSetOf<Any>()
-    private var search: NsdManager.DiscoveryListener? = null
+    private val searches = mutableListOf<NsdManager.DiscoveryListener>()
     private var resolving: String? = null
 
     var type: String? = null
@@ -31,23 +30,23 @@ class FakeNsdManager {
     var refusal: Int? = null
     var isSlow = false
     val unresolvable = mutableSetOf<String>()
-    val isSearching: Boolean get() = search != null
+    val isSearching: Boolean @Synchronized get() = searches.isNotEmpty()
 
-    @Synchronized
     fun appear(name: String, host: String, port: Int) {
         val service = NsdServiceInfo().also {
             it.serviceName = name
             it.host = InetAddress.getByName(host)
             it.port = port
         }
-        services[name] = service
-        search?.onServiceFound(unresolved(name))
+        changed { services[name] = service }.forEach { it.onServiceFound(unresolved(name)) }
     }
 
-    @Synchronized
-    fun vanish(name: String) {
-        services -= name
-        search?.onServiceLost(unresolved(name))
+    fun vanish(name: String): Unit = changed { services -= name }.forEach { it.onServiceLost(unresolved(name)) }
+
+    /** Returns who is told of [change], by this thread and without the lock: they may ask at once. */
+    private fun changed(change: () -> Unit) = synchronized(this) {
+        change()
+        searches.toList()
     }
 
     /** Android's own asks a service that is not here. */
@@ -64,39 +63,51 @@ class FakeNsdManager {
     }
 
     @Implementation
-    @Synchronized
     fun discoverServices(serviceType: String, protocol: Int, listener: NsdManager.DiscoveryListener) {
+        NeverReturns.pass("NsdManager.discoverServices")
         assertEquals(NsdManager.PROTOCOL_DNS_SD, protocol)
-        assertNull(search)
+        discover(serviceType, listener)
+    }
+
+    private fun discover(serviceType: String, listener: NsdManager.DiscoveryListener) {
         type = serviceType
         refusal?.let { return listener.onStartDiscoveryFailed(serviceType, it) }
-        search = listener
+        val names = synchronized(this) {
+            searches += listener
+            services.keys.toList()
+        }
         listener.onDiscoveryStarted(serviceType)
-        services.keys.forEach { listener.onServiceFound(unresolved(it)) }
+        names.forEach { listener.onServiceFound(unresolved(it)) }
     }
 
     @Implementation
-    @Synchronized
     fun stopServiceDiscovery(listener: NsdManager.DiscoveryListener) {
-        assertSame(search, listener)
-        search = null
+        NeverReturns.pass("NsdManager.stopServiceDiscovery")
+        synchronized(this) { assertTrue(searches.remove(listener), "listener not registered") }
     }
 
     @Implementation
-    @Synchronized
     fun resolveService(service: NsdServiceInfo, listener: NsdManager.ResolveListener) {
-        assertNull(resolving, "FAILURE_ALREADY_ACTIVE")
-        assertTrue(usedListeners.add(listener), "listener already in use")
-        resolving = service.serviceName
+        NeverReturns.pass("NsdManager.resolveService")
+        resolve(service, listener)
+    }
+
+    private fun resolve(service: NsdServiceInfo, listener: NsdManager.ResolveListener) {
+        synchronized(this) {
+            assertNull(resolving, "FAILURE_ALREADY_ACTIVE")
+            assertTrue(usedListeners.add(listener), "listener already in use")
+            resolving = service.serviceName
+        }
         val answer = { answer(service, listener) }
         if (isSlow) resolutions.trySendBlocking(answer) else answer()
     }
 
-    @Synchronized
     private fun answer(service: NsdServiceInfo, listener: NsdManager.ResolveListener) {
-        resolving = null
-        usedListeners -= listener
-        val whole = services[service.serviceName].takeUnless { service.serviceName in unresolvable }
+        val whole = synchronized(this) {
+            resolving = null
+            usedListeners -= listener
+            services[service.serviceName].takeUnless { service.serviceName in unresolvable }
+        }
         if (whole == null) {
             listener.onResolveFailed(service, NsdManager.FAILURE_INTERNAL_ERROR)
         } else {
@@ -114,12 +125,14 @@ class FakeMulticastLock : ShadowWifiManager.ShadowMulticastLock() {
 
     @Implementation
     override fun acquire() {
+        NeverReturns.pass("MulticastLock.acquire")
         if (!isHeld) held.incrementAndGet()
         isHeld = true
     }
 
     @Implementation
     override fun release() {
+        NeverReturns.pass("MulticastLock.release")
         if (isHeld) held.decrementAndGet()
         isHeld = false
     }

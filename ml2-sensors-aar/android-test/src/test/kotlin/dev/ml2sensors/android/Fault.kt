@@ -29,9 +29,15 @@ internal class Fault(val name: String, val begin: HarshHeadset.(Random) -> (() -
 
                 "Context" -> NeverReturns.hold(call).also { restart(StreamTable.battery) }
 
-                "BatteryManager", "PowerManager" -> NeverReturns.hold(call)
+                "BatteryManager", "PowerManager", "NsdManager", "MulticastLock" -> NeverReturns.hold(call)
 
-                "MediaCodec" -> NeverReturns.hold(call).also { platform.video.close() }
+                "MediaCodec" -> NeverReturns.hold(call).also {
+                    if (call in
+                        NeverReturns.OPENING
+                    ) {
+                        platform.video.close()
+                    }
+                }
 
                 "YuvImage" -> encodingNeverReturns(call)
 
@@ -47,10 +53,17 @@ internal object NeverReturns {
     val CALLS = listOf(
         "CameraManager.getCameraIdList", "CameraManager.openCamera", "CameraDevice.createCaptureSession",
         "CameraCaptureSession.setRepeatingRequest", "CameraDevice.close", "ColorPoses.open", "ColorPoses.close",
-        "YuvImage.compressToJpeg", "MediaCodec.configure", "MediaCodec.release", "SensorManager.registerListener",
+        "ColorPoses.capture", "ColorPoses.pose",
+        "YuvImage.compressToJpeg", "MediaCodec.configure", "MediaCodec.release", "MediaCodec.getInputImage",
+        "MediaCodec.setParameters", "MediaCodec.queueInputBuffer", "NsdManager.discoverServices",
+        "NsdManager.stopServiceDiscovery", "NsdManager.resolveService", "MulticastLock.acquire",
+        "MulticastLock.release", "SensorManager.registerListener",
         "SensorManager.unregisterListener", "Context.registerReceiver", "Context.unregisterReceiver",
         "BatteryManager.getLongProperty", "PowerManager.isInteractive",
     )
+
+    /** Those by which an encoder is opened and closed, not those for each image. */
+    val OPENING = listOf("MediaCodec.configure", "MediaCodec.release")
     private val held = ConcurrentHashMap<String, CountDownLatch>()
     private val waiting = ConcurrentHashMap<Thread, CountDownLatch>()
 
@@ -95,6 +108,10 @@ internal object NeverReturns {
 }
 
 private fun HarshHeadset.cameraNeverReturns(call: String): () -> Unit {
+    if (call == "ColorPoses.capture" || call == "ColorPoses.pose") {
+        val end = NeverReturns.hold(call)
+        return platform.muteCamera(::deliverResult, end)
+    }
     if (call.endsWith("close")) {
         val end = NeverReturns.hold(call)
         return platform.muteCamera({ loseCamera(CameraRig.DISCONNECTED) }, end)

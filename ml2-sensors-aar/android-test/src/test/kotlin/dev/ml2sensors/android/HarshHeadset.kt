@@ -2,6 +2,7 @@ package dev.ml2sensors.android
 
 import android.app.Application
 import android.os.Looper
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.pacing.AdaptedStream
 import dev.ml2sensors.pacing.ImageSetting
@@ -80,6 +81,11 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
 
         @Volatile
         var isOver = false
+
+        /** True from a pause to the next camera. Until the encoder returns its images, or the run is left, none comes. */
+        var isPausing = false
+
+        override fun toString() = "a run whose job is $job and whose camera ${camera?.let { "is there" } ?: "is not"}"
     }
 
     /** A stream, and how much of it the platform has delivered. */
@@ -210,9 +216,16 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         hasRunEnded = true
         // A session that answers after a pause is of a camera that was closed; the run goes on with the next one
         await("the run is over, or has another camera") {
-            current.camera = platform.rig.nextRunning() ?: camera
+            // What comes after it is over is of the run after it
+            if (!current.isOver) current.camera = platform.rig.nextRunning() ?: camera
             current.isOver || current.camera != camera
         }
+    }
+
+    /** Lets the camera tell of a capture, without waiting for its thread. That there is no image is no loss yet. */
+    fun deliverResult() {
+        val camera = run?.takeIf { !it.isOver }?.camera ?: return
+        platform.postResult(camera, platform.device.monotonicNanos - HarshPlatform.SECOND / 5)
     }
 
     /** Counts on the images that the encoder has kept, but for those of a run that was given up. */
@@ -258,7 +271,10 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         headset.pause()
         isPaused = true
         if (!platform.isCameraMute) await("the camera is closed") { platform.rig.countOpen() == 0 }
-        run?.camera = null
+        run?.let {
+            it.camera = null
+            it.isPausing = true
+        }
     }
 
     fun resume() {
@@ -267,7 +283,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         headset.resume()
         // The battery is told at once, and the next fault may pause it again
         val battery = streams.getValue(StreamTable.battery)
-        await("the battery is registered") { platform.isIdle }
+        await("the battery is registered") { platform.idleCalls.values.all { it } }
         battery.delivered += platform.deliveredAtOnce
         checkHonest(battery)
     }
@@ -285,8 +301,11 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     }
 
     /** Waits until the threads of the product have done what there is to do at this time. */
-    private fun settle() = await("the camera has opened or closed, and the lanes are empty") {
-        platform.isIdle && isCameraSettled() && streams.values.all { stream -> stream.counts.all(::areBalanced) }
+    private fun settle() = awaitAll {
+        listOf(
+            "the camera has opened or closed" to isCameraSettled(),
+            "the lanes are empty" to streams.values.all { stream -> stream.counts.all(::areBalanced) },
+        ) + platform.idleCalls.map { (of, isIdle) -> "the calls of $of have returned" to isIdle }
     }
 
     /** True while a run of the camera may not end. */
@@ -297,16 +316,23 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         val isGivenUp = isCameraStuck && !current.job.isActive
         if (current.isOver || isPaused || platform.isCameraMute || isGivenUp) return true
         if (current.camera == null) current.camera = platform.rig.nextRunning()
-        return current.camera != null && current.job.isActive
+        if (current.camera != null) current.isPausing = false
+        return (current.camera != null && current.job.isActive) || (isCameraStuck && current.isPausing)
     }
 
-    private fun await(what: String, isSo: () -> Boolean) {
+    private fun await(what: String, isSo: () -> Boolean) = awaitAll { listOf(what to isSo()) }
+
+    /** Waits until all [conditions] are met, which have names. */
+    private fun awaitAll(conditions: () -> List<Pair<String, Boolean>>) {
         val start = TimeSource.Monotonic.markNow()
         while (true) {
             scheduler.runCurrent()
             shadowOf(Looper.getMainLooper()).idle()
-            if (isSo()) return
-            check(start.elapsedNow() < PATIENCE) { "not within $PATIENCE: $what" }
+            val unmet = conditions().filterNot { (_, isMet) -> isMet }
+            if (unmet.isEmpty()) return
+            check(start.elapsedNow() < PATIENCE) {
+                "not within $PATIENCE: ${unmet.map { it.first }}, $run\n${platform.threadDump()}"
+            }
             Thread.yield()
         }
     }
@@ -398,7 +424,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         const val TICKS_TO_STOP = 12
 
         /** The longest wait for threads of the product, in real time. */
-        val PATIENCE = 20.seconds
+        val PATIENCE = TEST_LIMIT
 
         /** More than the longest pauses of the supervisor and of the pose tracker after a silence. */
         val RECOVERY = 40.seconds

@@ -36,6 +36,7 @@ import org.robolectric.util.ReflectionHelpers
 import java.nio.ByteBuffer
 import java.nio.channels.GatheringByteChannel
 import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.Future
 import java.util.concurrent.TimeoutException
 import java.util.concurrent.atomic.AtomicInteger
@@ -64,13 +65,23 @@ internal class HarshPlatform(private val app: Application) {
     val ofQuestions = HarshCalls()
     val video = HarshVideo()
 
-    /** True if no call is under way but those that never return. */
-    val isIdle: Boolean
-        get() = listOf(ofSensors, ofCamera, ofBattery, ofPower, ofQuestions, video.calls).all { it.isIdle }
+    /** True for each part of the platform of which no call is under way but those that never return. */
+    val idleCalls: Map<String, Boolean>
+        get() = mapOf(
+            "sensors" to ofSensors,
+            "the camera" to ofCamera,
+            "the battery" to ofBattery,
+            "power" to ofPower,
+            "questions" to ofQuestions,
+            "video" to video.calls,
+            "images of video" to video.callsOfImages,
+            "the network" to ofNetwork,
+        ).mapValues { (_, calls) -> calls.isIdle }
     val hub = SensorHub(sensorManager)
     val sensors = SensorRow.ALL.distinctBy { it.stream }.associate { it.stream to hub.add(it.type, it.name) }
-    val networks = mutableListOf<FakeNsdManager>()
-    val browser = NsdBrowser(::newNsdManager, wifi)
+    private val ofNetwork = HarshCalls()
+    val networks = CopyOnWriteArrayList<FakeNsdManager>()
+    val browser = NsdBrowser(::newNsdManager, wifi, calls = ofNetwork)
 
     private val silent = mutableMapOf<StreamSpec, Int>()
     private val excuses = mutableMapOf<StreamSpec, Int>()
@@ -265,6 +276,11 @@ internal class HarshPlatform(private val app: Application) {
         }
     }
 
+    /** As [deliver], but of a result alone, which the camera's thread gets when it has time. */
+    fun postResult(running: CameraRig.Running, stamp: Long) = running.handler.post {
+        with(rig) { running.resultHere(stamp, exposureNanos = SECOND / 100, tags = tags(stamp)) }
+    }
+
     private fun CameraRig.Running.deliverImage(odd: Frame?, stamp: Long): Boolean {
         val format = CameraRig.readers.singleOrNull()?.reader?.imageFormat ?: return false
         val image = when {
@@ -302,6 +318,12 @@ internal class HarshPlatform(private val app: Application) {
         if (isOnTheNetwork) network.appear(DESK, ADDRESS.host, ADDRESS.port)
         networks += network
     }
+
+    /** Returns where the threads of the product and of coroutines stand. */
+    fun threadDump(): String = Thread.getAllStackTraces()
+        .filterKeys { it.name.startsWith("ml2s") || it.name.startsWith("DefaultDispatcher") }
+        .map { (thread, stack) -> "${thread.name}, ${thread.state}:\n  ${stack.joinToString("\n  ")}" }
+        .joinToString("\n")
 
     /** Returns the number of things that are open, by name. */
     fun open(): Map<String, Int> = mapOf(
@@ -399,9 +421,13 @@ internal class HarshCalls : PlatformCalls() {
 /** A video beside the streams, whose encoder is opened again when it has failed. */
 internal class HarshVideo : VideoOutput {
     val calls = HarshCalls()
+
+    /** Stands for the thread of the stream, which nobody waits for without a limit. */
+    val callsOfImages = HarshCalls()
     private val encoders = MediaCodecEncoders(calls)
     private var encoder: VideoEncoder? = null
     private var micros = 0L
+    private var isKeyFrame = false
 
     @Volatile
     var packets = 0
@@ -426,7 +452,12 @@ internal class HarshVideo : VideoOutput {
         }
         encoder = open
         micros += 250_000
-        open.encode(PICTURE, micros, asKeyFrame = false)
+        isKeyFrame = !isKeyFrame
+        try {
+            callsOfImages.call("the video's image") { open.encode(PICTURE, micros, isKeyFrame) }
+        } catch (_: NoAnswerException) {
+            // It goes on with this encoder, or with the next one, when that returns
+        }
     }
 
     fun close() {

@@ -62,6 +62,7 @@ class HarshTest {
                 assertEquals(before, usages.last().open, "what is open")
             }
             assertFlat(usages.drop(WARM_UP))
+            println("$faults faults, seed $seed: ${usages[WARM_UP]}, in the end ${usages.last()}")
             headset.close()
             if (faults >=
                 ENOUGH

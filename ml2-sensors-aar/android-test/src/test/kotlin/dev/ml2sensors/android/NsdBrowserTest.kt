@@ -6,9 +6,12 @@ import android.net.wifi.WifiManager
 import android.os.HandlerThread
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.source.NoAnswerException
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.test
 import kotlinx.coroutines.CoroutineStart
 import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.test.runTest
@@ -21,6 +24,8 @@ import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
 import org.robolectric.shadow.api.Shadow
 import java.io.IOException
+import java.util.concurrent.CopyOnWriteArrayList
+import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
@@ -148,6 +153,55 @@ class NsdBrowserTest {
             assertEquals(mapOf(desk), awaitItem())
             cancel()
         }
+    }
+
+    @Test
+    fun aManagerThatDoesNotReturnFromACallIsReplaced() = runBlocking {
+        for (call in listOf("discoverServices", "stopServiceDiscovery", "resolveService")) {
+            val networks = CopyOnWriteArrayList<FakeNsdManager>()
+            val newManager = { newManager().also { networks += Shadow.extract<FakeNsdManager>(it) } }
+            val browser = NsdBrowser(newManager, wifi, 50.milliseconds, PlatformCalls(limit = 50.milliseconds))
+            val answer = NeverReturns.hold("NsdManager.$call")
+            when (call) {
+                "discoverServices" -> assertFailsWith<NoAnswerException> { browser.receivers().first() }
+                "resolveService" -> browser.receivers().first { networks.size == 2 }
+                else -> assertEquals(mapOf(desk), browser.receivers().first())
+            }
+            answer()
+            assertEquals(mapOf(desk), browser.receivers().first { it == mapOf(desk) }, call)
+            assertTrue(networks.size > 1, call)
+            while (networks.any { it.isSearching } || shadowOf(wifi).activeLockCount > 0) yield()
+        }
+    }
+
+    @Test
+    fun aManagerWhoseConstructorDoesNotReturnIsAFailureAndServesWhenItDoes() = runBlocking {
+        val answer = CountDownLatch(1)
+        val newManager = {
+            answer.await()
+            newManager()
+        }
+        val browser = NsdBrowser(newManager, wifi, calls = PlatformCalls(limit = 50.milliseconds))
+        repeat(2) { assertFailsWith<NoAnswerException> { browser.receivers().first() } }
+        answer.countDown()
+        while (runCatching { assertEquals(mapOf(desk), browser.receivers().first()) }.isFailure) yield()
+    }
+
+    @Test
+    @Config(shadows = [FakeNsdManager::class, FakeMulticastLock::class])
+    fun aLockForMulticastThatIsNotAnsweredKeepsNoSearch() = runBlocking {
+        network.appear("desk", "192.168.1.5", 7755)
+        val browser = NsdBrowser({ manager }, wifi, calls = PlatformCalls(limit = 50.milliseconds))
+        for (call in listOf("acquire", "release")) {
+            val answer = NeverReturns.hold("MulticastLock.$call")
+            assertEquals(mapOf(desk), browser.receivers().first())
+            answer()
+        }
+        while (FakeMulticastLock.held.get() > 0) yield()
+    }
+
+    private fun newManager(): NsdManager = Shadow.newInstanceOf(NsdManager::class.java).also {
+        Shadow.extract<FakeNsdManager>(it).appear("desk", "192.168.1.5", 7755)
     }
 
     @Test
