@@ -1,10 +1,8 @@
 package dev.ml2sensors.simulator.replay
 
-import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.inverse
-import dev.ml2sensors.message.normalized
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.Intrinsics
 import java.io.File
@@ -76,13 +74,11 @@ internal class CameraCalibration(val rateHz: Int?, val intrinsics: Intrinsics, v
             val pose = "value0.T_imu_cam.$index"
             val (px, py, pz) = listOf("px", "py", "pz").map { yaml.number("$pose.$it") }
             val (x, y, z, w) = listOf("qx", "qy", "qz", "qw").map { yaml.number("$pose.$it") }
-            val norm = x * x + y * y + z * z + w * w
-            if (norm !in UNIT) throw yaml.error(pose, "a unit quaternion qx,qy,qz,qw", "$x,$y,$z,$w")
-            val inBody = Transform(Vector3(px, py, pz), Quaternion(x, y, z, w).normalized())
+            val rotation = unitQuaternion(x, y, z, w)
+                ?: throw yaml.error(pose, "a unit quaternion qx,qy,qz,qw", "$x,$y,$z,$w")
+            val inBody = Transform(Vector3(px, py, pz), rotation)
             return CameraCalibration(null, Intrinsics(width, height, fx, fy, cx, cy, distortion), inBody)
         }
-
-        private val UNIT = 0.99..1.01
 
         private fun YamlFile.transform(key: String): Transform =
             rigidTransform(numbers(key, 16)) { error(key, "a rigid transform", it) }

@@ -5,7 +5,7 @@ import java.io.IOException
 import java.math.BigDecimal
 
 /**
- * Reads a `data.csv`: comma-separated fields, the first a time in ns. Lines that begin with `#` are comments. The first
+ * Reads a `data.csv`: comma-separated fields, in quotes or not, the first a time in ns. Lines that begin with `#` are comments. The first
  * other line may name the columns. Columns behind the first [columns] are ignored.
  */
 internal class CsvTable(private val file: File, private val columns: Int) {
@@ -55,10 +55,10 @@ internal class CsvTable(private val file: File, private val columns: Int) {
     private fun fields(line: String): List<String>? {
         val text = line.trim()
         if (text.isEmpty() || text.startsWith('#')) return null
-        return text.split(',').map(String::trim).dropLastWhile(String::isEmpty)
+        return text.split(',').map { it.trim().removeSurrounding("\"") }.dropLastWhile(String::isEmpty)
     }
 
-    private fun List<String>.isHeader(): Boolean = size >= columns && none { it.toDoubleOrNull() != null }
+    private fun List<String>.isHeader(): Boolean = none { it.toDoubleOrNull() != null }
 
     private fun row(line: Int, fields: List<String>): Row {
         if (fields.size < columns) throw RecordingException(file, line, "$columns columns", "${fields.size}")

@@ -1,11 +1,9 @@
 package dev.ml2sensors.simulator.replay
 
-import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.interpolate
 import java.io.File
-import kotlin.math.abs
 
 /** The poses of the body in the world. */
 internal class GroundTruth(val stamps: LongArray, val poses: List<Transform>) {
@@ -20,8 +18,6 @@ internal class GroundTruth(val stamps: LongArray, val poses: List<Transform>) {
     }
 
     companion object {
-        private const val NORM_TOLERANCE = 1e-3
-
         /**
          * Reads time, position and quaternion (w first). Ignores further columns, such as EuRoC's velocity and biases.
          *
@@ -35,9 +31,9 @@ internal class GroundTruth(val stamps: LongArray, val poses: List<Transform>) {
         private fun pose(row: CsvTable.Row): Transform {
             val (px, py, pz, w) = (1..4).map(row::number)
             val (x, y, z) = (5..7).map(row::number)
-            val norm = x * x + y * y + z * z + w * w
-            if (abs(norm - 1) > NORM_TOLERANCE) throw row.error("a unit quaternion w,x,y,z", "$w,$x,$y,$z")
-            return Transform(Vector3(px, py, pz), Quaternion(x, y, z, w))
+            val rotation =
+                unitQuaternion(x, y, z, w) ?: throw row.error("a unit quaternion w,x,y,z", "$w,$x,$y,$z")
+            return Transform(Vector3(px, py, pz), rotation)
         }
     }
 }

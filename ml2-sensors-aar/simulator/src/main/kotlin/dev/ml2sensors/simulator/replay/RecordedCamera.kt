@@ -15,6 +15,9 @@ internal class RecordedCamera(val images: List<Image>, val rateHz: Int, private 
     companion object {
         private const val NANOS_PER_SECOND = 1e9
 
+        /** What a period may be of the one by the rate, since images are left out of some data sets. */
+        private val LIKELY = 0.01..100.0
+
         /** @param notes receives sentences on what is left out or converted. */
         fun open(folder: File, notes: MutableList<String>): RecordedCamera {
             val calibration = CameraCalibration.of(folder)
@@ -23,13 +26,19 @@ internal class RecordedCamera(val images: List<Image>, val rateHz: Int, private 
             GreyImageDecoder(width, height).otherFormat(images.first().file)?.let {
                 notes += "${folder.name}: images of $it are converted to 8-bit grey"
             }
-            return RecordedCamera(images, calibration.rateHz ?: rateHz(images), calibration)
+            val period = periodNanos(images) ?: return RecordedCamera(images, calibration.rateHz ?: 1, calibration)
+            val rate = calibration.rateHz ?: (NANOS_PER_SECOND / period).roundToInt().coerceAtLeast(1)
+            if (period * rate / NANOS_PER_SECOND !in LIKELY) {
+                val expected = "times in ns, ${(NANOS_PER_SECOND / rate).roundToInt()} apart by rate_hz $rate"
+                throw RecordingException(folder.resolve("data.csv"), null, expected, "$period apart")
+            }
+            return RecordedCamera(images, rate, calibration)
         }
 
-        private fun rateHz(images: List<Image>): Int {
+        /** The median of the times between images. */
+        private fun periodNanos(images: List<Image>): Long? {
             val periods = images.zipWithNext { before, image -> image.stampNanos - before.stampNanos }.sorted()
-            val median = periods.getOrNull(periods.size / 2) ?: return 1
-            return (NANOS_PER_SECOND / median).roundToInt().coerceAtLeast(1)
+            return periods.getOrNull(periods.size / 2)
         }
 
         private fun images(folder: File, notes: MutableList<String>): List<Image> {

@@ -10,6 +10,9 @@ import kotlin.math.abs
 /** The largest accepted deviation of an entry from that of a rotation; files are written with few digits. */
 private const val TOLERANCE = 1e-3
 
+/** Of the square of a quaternion's norm; files have three digits or more. */
+private const val UNIT_TOLERANCE = 1e-2
+
 private val LAST_ROW = listOf(0.0, 0.0, 0.0, 1.0)
 
 private val AXES = listOf(Vector3(1.0, 0.0, 0.0), Vector3(0.0, 1.0, 0.0), Vector3(0.0, 0.0, 1.0))
@@ -32,6 +35,10 @@ internal fun rigidTransform(entries: List<Double>, fails: (String) -> RecordingE
     if (!isRotation) throw fails("$rows")
     return Transform(Vector3(rows[0][3], rows[1][3], rows[2][3]), quaternion)
 }
+
+/** Returns the unit quaternion, or null if this is none even by few digits. */
+internal fun unitQuaternion(x: Double, y: Double, z: Double, w: Double): Quaternion? =
+    Quaternion(x, y, z, w).takeIf { abs(x * x + y * y + z * z + w * w - 1) < UNIT_TOLERANCE }?.normalized()
 
 /** Each candidate is the quaternion scaled by four times one of its components. The largest is the most exact. */
 private fun quaternion(m: List<List<Double>>): Quaternion {

@@ -78,7 +78,7 @@ class EurocRecordingTest {
         Damage("imu0/data.csv", "2e-3", "NaN", 2, "finite number", "NaN"),
         Damage("imu0/data.csv", "2e-3", "1e999", 2, "finite number", "1e999"),
         Damage("imu0/data.csv", ",9.80,0,-0.0", "", 2, "7 columns", "4"),
-        Damage("imu0/data.csv", "#timestamp", "time,x\n#timestamp", 1, "7 columns", "2"),
+        Damage("imu0/data.csv", "#timestamp", "1,x\n#timestamp", 1, "7 columns", "2"),
         Damage("imu0/data.csv", "0.1,-1,2e-3", "x,-1,2e-3", 3, "finite number", "x"),
         Damage(TRUTH, ",1,2,3,0.8,0.6,0,0,0,0,0,0,0,0,0,0,0", ",1,2,3,0.8,0.6,0", 3, "8 columns", "7"),
         Damage(TRUTH, "0.8,0.6,0,0", "0.8,0.6,1,0", 3, "unit quaternion", "0.8,0.6"),

@@ -41,6 +41,10 @@ class ForeignRecordingTest {
         "spaces behind commas" to { it.edit(TRUTH) { text -> text.replace(",", ", ") } },
         "eight columns of ground truth" to { it.edit(TRUTH) { text -> text.columns(8) } },
         "eleven columns of ground truth" to { it.edit(TRUTH) { text -> text.columns(11) } },
+        "quotes around all fields" to {
+            it.edit("cam0/data.csv") { text -> text.replace(Regex("[^,\r\n]+"), "\"$0\"") }
+        },
+        "a header of fewer columns" to { it.edit(TRUTH) { text -> text.replaceBefore("\r\n", "timestamp,pose") } },
         "more columns of an IMU" to { it.edit("imu0/data.csv") { text -> text.replace("\r\n", ",36.6\r\n") } },
         "times with a decimal point" to { it.edit("imu0/data.csv") { text -> text.replaceFirst(FIRST, "$FIRST.0") } },
         "rate with a decimal point" to { it.edit(YAML) { text -> text.replace("rate_hz: 20", "rate_hz: 20.0") } },
@@ -65,6 +69,21 @@ class ForeignRecordingTest {
             assertEquals(summary(files.open()), summary(recording))
             assertEquals(emptyList(), recording.notes)
         }
+    }
+
+    @Test
+    fun quaternionsOfThreeDigitsAreUnits() {
+        files.replace(TRUTH, "1,0,0,0", "0.577,0.577,0.577,0.0")
+        val (x, y, z, w) = assertNotNull(files.open().groundTruth).poses.first().rotation
+        assertEquals(1.0, x * x + y * y + z * z + w * w, 1e-9)
+    }
+
+    @Test
+    fun timesInMicrosecondsAreNotTakenForNanoseconds() {
+        // The name of the file stays
+        files.file("cam0/data.csv").edit { it.replace(Regex("(?m)^(\\d+)\\d{3},"), "$1,") }
+        val failure = assertFailsWith<RecordingException> { files.open() }
+        assertEquals("times in ns, 50000000 apart by rate_hz 20" to "50001 apart", failure.expected to failure.found)
     }
 
     @Test
