@@ -97,7 +97,9 @@ def test_tests_that_failed_are_named_last(checkout: Path) -> None:
     command = "MAKE=make config/at_a_time.sh 2 bad good"
     code, errors = run(checkout, "bash", "-c", command)
     assert code == 1
+    machine = errors.pop(-2)
     assert errors == [*sorted(f"bad | {it}" for it in named), "failed: bad"]
+    assert re.fullmatch(r"\S+ free on the disk, load average [\d. ]+", machine)
 
 
 def test_every_script_says_it() -> None:
