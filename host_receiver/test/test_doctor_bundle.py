@@ -122,3 +122,5 @@ def test_the_users_own_configuration_is_taken_without_a_file(logs: Path, tmp_pat
 
 def test_a_file_that_cannot_be_written_is_an_error(logs: Path, tmp_path: Path) -> None:
     assert "cannot write" in refusal("doctor", "--bundle", tmp_path / "none/report.zip")
+    os.mkfifo(tmp_path / "pipe")
+    assert "expected a regular file" in refusal("doctor", "--bundle", tmp_path / "pipe")

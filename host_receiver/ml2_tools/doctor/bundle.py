@@ -5,10 +5,11 @@ import re
 import zipfile
 from collections.abc import Iterator, Mapping
 from importlib import metadata
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from ml2_receiver.configuration.whole_file import open_file
+from ml2_receiver.configuration.whole_file import open_file, replace_file
 from ml2_receiver.errors import ReceiverError, file_hint
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.json_text import json_text
@@ -32,10 +33,12 @@ def write_bundle(file: Path, texts: Mapping[str, str]) -> None:
     Raises:
         ReceiverError: the file cannot be written.
     """
+    archive = BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as bundle:
+        for name, text in texts.items():
+            bundle.writestr(name, without_secrets(text))
     try:
-        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as bundle:
-            for name, text in texts.items():
-                bundle.writestr(name, without_secrets(text))
+        replace_file(file, archive.getvalue())
     except OSError as error:
         raise ReceiverError(
             f"cannot write {file}: {error.strerror}", hint=file_hint(error, "choose another file")
