@@ -7,7 +7,8 @@ import json
 import math
 import time
 import zipfile
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from contextlib import suppress
 from typing import Any
 
 import cv2
@@ -28,7 +29,7 @@ from .view import View
 
 SNAPSHOT = "snapshot"
 # Cameras may have been paused until now.
-_PATIENCE_S = 3.0
+_PATIENCE_S = 5.0
 _POLL_S = 0.05
 _MM_PER_M = 1000
 _DEPTH, _COLOR = "depth", "color"
@@ -48,31 +49,47 @@ def snapshot_of(view: View, shown: Collection[str]) -> bytes:
     watcher = object()
     view.watch(watcher, frozenset({*wanted, SCENE, CLOUD}))
     try:
-        deadline_s = time.monotonic() + _PATIENCE_S
-        while time.monotonic() < deadline_s and not all(_is_there(view, it) for it in wanted):
-            time.sleep(_POLL_S)
-        return _zip(view, sorted(wanted))
+        return _zip(view, _newest(view, sorted(wanted)))
     finally:
         view.watch(watcher, None)
 
 
-def _is_there(view: View, stream: str) -> bool:
-    if not view.images[stream].newest[1]:
-        return False
-    return stream not in (_DEPTH, _COLOR) or view.scene.info(stream) is not None
+def _newest(view: View, streams: Collection[str]) -> dict[str, Newest]:
+    """Returns an image of each stream; waits for those whose lens and pose are not there yet."""
+    deadline_s = time.monotonic() + _PATIENCE_S
+    found: dict[str, Newest] = {}
+    missing = set(streams)
+    while missing:
+        for stream in list(missing):
+            found[stream] = view.images[stream].newest
+            if _is_complete(view, stream, found[stream]):
+                missing.remove(stream)
+        if time.monotonic() >= deadline_s:
+            break
+        time.sleep(_POLL_S)
+    return found
 
 
-def _zip(view: View, streams: Collection[str]) -> bytes:
+def _is_complete(view: View, stream: str, image: Newest) -> bool:
+    _, type, payload = image
+    if not type or stream not in (_DEPTH, _COLOR):
+        return bool(type)
+    with suppress(ValueError):
+        stamp_ns = header_stamp_ns(decoder(type)(payload).header)
+        has_pose = view.scene.pose_at(stream, stamp_ns) is not None
+        return has_pose and view.scene.lens(stream) is not None
+    return True  # an invalid image gets no better
+
+
+def _zip(view: View, newest: Mapping[str, Newest]) -> bytes:
     poses = view.scene.poses(view.now_s)
     index: dict[str, Any] = {"poses": {name: it.tolist() for name, it in poses.items()}}
     index["images"] = {}
-    # All files are of the same images.
-    newest = {stream: view.images[stream].newest for stream in streams}
     file = io.BytesIO()
     # PNG is compressed already.
     with zipfile.ZipFile(file, "w") as archive:
-        for stream in streams:
-            index["images"][stream] = _add(archive, view, stream, newest[stream])
+        for stream, image in newest.items():
+            index["images"][stream] = _add(archive, view, stream, image)
         color, depth = (newest.get(it, (0, "", b"")) for it in (_COLOR, _DEPTH))
         if (points := points_in_world(view.scene, depth, color, math.inf)) is not None:
             archive.writestr("depth.ply", _ply(points))
