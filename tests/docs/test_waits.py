@@ -31,9 +31,7 @@ def in_code() -> set[tuple[str, str]]:
     return found_in(kotlin, files, _KOTLIN_WAIT) | found_in(ROOT, native_files, _C_WAIT)
 
 
-def found_in(
-    root: Path, files: list[Path], pattern: re.Pattern[str]
-) -> set[tuple[str, str]]:
+def found_in(root: Path, files: list[Path], pattern: re.Pattern[str]) -> set[tuple[str, str]]:
     return {
         (str(file.relative_to(root)), wait)
         for file in files
@@ -42,9 +40,7 @@ def found_in(
 
 
 def waits(text: str, pattern: re.Pattern[str]) -> set[str]:
-    lines = [
-        line for line in text.splitlines() if not line.strip().startswith(_COMMENT)
-    ]
+    lines = [line for line in text.splitlines() if not line.strip().startswith(_COMMENT)]
     found = {it.group() for line in lines for it in pattern.finditer(line)}
     # A question mark and the accessor of a property make no other wait.
     return {re.sub(r"\?|(?<=@)[gs]et:", "", it) for it in found}
