@@ -10,7 +10,8 @@ from document import ROOT
 _KOTLIN = "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors/"
 _KOTLIN_WAIT = re.compile(
     r"@(?:[gs]et:)?Synchronized|synchronized\([\w@]+\)|\b\w+\??\.(?:withLock|await|join|joinAll|acquire)\b"
-    r"|\brunBlocking\b(?= *[({])|\blazy\b(?= *(?:\{|\((?!LazyThreadSafetyMode)))|\bcall\.get\b|Thread\.sleep"
+    r"|\brunBlocking\b(?= *[({])|\blazy\b(?= *(?:\{|\((?!LazyThreadSafetyMode)))"
+    r"|\bcall\.get\b|Thread\.sleep"
 )
 # What has parameters with types is a definition.
 _C_WAIT = re.compile(
