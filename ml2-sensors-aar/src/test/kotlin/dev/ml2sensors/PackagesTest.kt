@@ -65,7 +65,7 @@ class PackagesTest {
 
         /** Pipelines compress images of any source, and need the library only when a format wants it. */
         val COMPRESSION =
-            setOf("ImageCodec", "ImageEncoder", "VideoLink", "VideoStream").map { "$ROOT.capture.$it" }.toSet()
+            setOf("ImageCodec", "ImageEncoder", "VideoChannel", "VideoStream").map { "$ROOT.capture.$it" }.toSet()
 
         /** Each may import those before it. */
         val ORDER = listOf(

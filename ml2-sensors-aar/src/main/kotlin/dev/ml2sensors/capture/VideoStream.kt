@@ -19,7 +19,7 @@ import kotlinx.coroutines.launch
 import java.util.concurrent.atomic.AtomicInteger
 
 /** The way of a video's packets after the encoder. Thread-safe. */
-internal interface VideoLink {
+internal interface VideoChannel {
     /** How many packets were dropped so far. */
     val droppedPackets: Long
 
@@ -44,7 +44,7 @@ internal class VideoStream(
     private val stream: StreamSpec,
     private val encoders: VideoEncoders,
     private val settings: VideoSettings,
-    private val link: VideoLink,
+    private val channel: VideoChannel,
 ) {
     /**
      * Returns the encoded [samples]: each image has the access unit in place of its pixels, and the time, pose and
@@ -80,7 +80,7 @@ internal class VideoStream(
 
         // Below: of whoever holds the lock of this
         private val encoding = ArrayDeque<Image>()
-        private var droppedPackets = link.droppedPackets
+        private var droppedPackets = channel.droppedPackets
         private var awaitsKeyFrame = true
         private var keyFrameNanos = Long.MIN_VALUE
 
@@ -102,9 +102,9 @@ internal class VideoStream(
         }
 
         private fun encode(sample: ImageSample) {
-            if (!link.admits(sample.captureNanos)) return
+            if (!channel.admits(sample.captureNanos)) return
             val refusal =
-                link.refusal(images.get()) ?: DropReason.UNUSABLE.takeIf { sample.captureNanos <= lastCaptureNanos }
+                channel.refusal(images.get()) ?: DropReason.UNUSABLE.takeIf { sample.captureNanos <= lastCaptureNanos }
             if (refusal != null) return queue.countLost(1, refusal)
             lastCaptureNanos = sample.captureNanos
             val image = Image(sample)
@@ -134,7 +134,7 @@ internal class VideoStream(
         }
 
         private fun noteDropped() {
-            val dropped = link.droppedPackets
+            val dropped = channel.droppedPackets
             if (dropped != droppedPackets) awaitKeyFrame()
             droppedPackets = dropped
         }

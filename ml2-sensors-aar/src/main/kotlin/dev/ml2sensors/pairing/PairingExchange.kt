@@ -67,3 +67,7 @@ internal class PairingExchange(private val identity: DeviceIdentity, private val
         val LIMIT = 10.seconds
     }
 }
+
+/** Pairing failed: the code is wrong, used or expired, or `ml2-receiver pair` no longer runs. */
+public class PairingException internal constructor(message: String, cause: Throwable? = null) :
+    IOException(message, cause)

@@ -2,6 +2,7 @@ package dev.ml2sensors.source
 
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.Flow
+import java.io.IOException
 
 /**
  * The streams of one interface of the platform: the vendor's SDK, OpenXR, Camera2, SensorManager, or a simulation of
@@ -26,3 +27,13 @@ internal interface SensorSource : AutoCloseable {
     /** Opens its sensors again; a flow whose sensor cannot be opened fails. */
     fun resume() {}
 }
+
+/** A source cannot deliver, or no longer, because of the device, the platform or the user. Ends its flow. */
+public open class SourceException(message: String, cause: Throwable? = null) : IOException(message, cause) {
+    /** The Android permission to request for it, null when that is not what is missing. */
+    public open val permission: String? get() = null
+}
+
+/** A headset refused [stream]; [answer] has the reason. */
+internal class RefusedException(val stream: StreamSpec, val answer: Answer.Refused) :
+    SourceException("$stream: ${answer.reason}")

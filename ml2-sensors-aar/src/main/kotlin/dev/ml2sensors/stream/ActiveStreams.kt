@@ -198,7 +198,7 @@ internal class ActiveStreams(
     override fun lane(name: String): Lane = outgoing.lane(name)
 
     override suspend fun start(known: Set<Int>) {
-        val link = custom.link
+        val session = custom.session
         val configured = changes.withLock { accepted.toMap() }
         scope.launch {
             warming?.join()
@@ -213,7 +213,7 @@ internal class ActiveStreams(
                 tf.forEach { (spec, values) -> begin(spec, values) }
                 tree.resendMountings()
                 others.forEach { (spec, values) -> begin(spec, values) }
-                if (StreamTable.custom in running) custom.open(link, known)
+                if (StreamTable.custom in running) custom.open(session, known)
                 if (!isRecording) headWatch.begin(running.keys)
             }
         }

@@ -62,7 +62,7 @@ internal class CameraPipeline(
         try {
             (video?.encoded(captures) ?: captures).collect { sample ->
                 when (sample) {
-                    is ImageSample -> publish(sample)
+                    is ImageSample -> stamp(sample)
                     is LostSamples -> lose(sample.count, sample.reason)
                     else -> error("$spec is a camera, but delivered $sample")
                 }
@@ -72,13 +72,15 @@ internal class CameraPipeline(
         }
     }
 
-    private suspend fun publish(sample: ImageSample) {
+    /** Publishes an image with its stamp, unless it has none or gives way to the link. */
+    private suspend fun stamp(sample: ImageSample) {
         val stampNanos = stamps.stampNanos(sample.captureNanos)
         val setting = images.present
-        if (stampNanos == null) {
-            lose(1, stamps.lossReason(sample.captureNanos))
-        } else if (video != null || images.admits(sample.captureNanos)) {
-            if (encoder == null) publish(sample, stampNanos, setting) else publish(encoder, sample, stampNanos, setting)
+        when {
+            stampNanos == null -> lose(1, stamps.lossReason(sample.captureNanos))
+            video == null && !images.admits(sample.captureNanos) -> Unit
+            encoder == null -> publish(sample, stampNanos, setting)
+            else -> compress(encoder, sample, stampNanos, setting)
         }
     }
 
@@ -90,7 +92,7 @@ internal class CameraPipeline(
 
     private fun lose(count: Int, reason: DropReason) = channels.forEach { it.counters.countLost(count, reason) }
 
-    private suspend fun publish(
+    private suspend fun compress(
         encoder: ImageEncoder,
         sample: ImageSample,
         stampNanos: Long,
@@ -155,13 +157,7 @@ internal class CameraPipeline(
         sample.toMetadata(
             header,
             camera(sample),
-            if (video !=
-                null
-            ) {
-                VideoStream.CODEC
-            } else {
-                encoder?.codec?.title
-            },
+            if (video == null) encoder?.codec?.title else VideoStream.CODEC,
             quality,
         )
 

@@ -32,7 +32,7 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
     val additions: Channel<Unit> = Channel(Channel.CONFLATED)
 
     /** The number of the present session. */
-    var link: Int = 0
+    var session: Int = 0
         @Synchronized get
         private set
 
@@ -57,15 +57,15 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
     /** Starts a session: its receiver does not know any topic yet. */
     @Synchronized
     fun beginSession() {
-        link++
+        session++
         refusal = null
         publishers.values.forEach { it.reset() }
     }
 
-    /** Opens the channels [ids], unless session [link] is over. */
+    /** Opens the channels [ids], unless that [session] is over. */
     @Synchronized
-    fun open(link: Int, ids: Set<Int>) {
-        if (link == this.link) publishers.values.filter { it.channel.id in ids }.forEach { it.open() }
+    fun open(session: Int, ids: Set<Int>) {
+        if (session == this.session) publishers.values.filter { it.channel.id in ids }.forEach { it.open() }
     }
 
     @Synchronized

@@ -2,7 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.capture.ImageCodec
 import dev.ml2sensors.capture.ImageEncoder
-import dev.ml2sensors.capture.VideoLink
+import dev.ml2sensors.capture.VideoChannel
 import dev.ml2sensors.capture.VideoStream
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.pacing.AdaptedStream
@@ -71,7 +71,7 @@ internal class StreamPipelines(
     ): VideoStream? {
         val settings = values.video() ?: return null
         val channel = channels.first { it.topic.role == ImageSample.IMAGE }
-        return VideoStream(spec, checkNotNull(videoEncoders), settings, ChannelLink(channel, images))
+        return VideoStream(spec, checkNotNull(videoEncoders), settings, TopicVideoChannel(channel, images))
     }
 
     companion object {
@@ -89,7 +89,7 @@ internal class StreamPipelines(
 }
 
 /** The way of a video through [channel]. */
-private class ChannelLink(private val channel: TopicChannel, private val images: AdaptedStream) : VideoLink {
+private class TopicVideoChannel(private val channel: TopicChannel, private val images: AdaptedStream) : VideoChannel {
     override val droppedPackets: Long get() = channel.counters.discarded
 
     override fun admits(captureNanos: Long): Boolean = images.admits(captureNanos)

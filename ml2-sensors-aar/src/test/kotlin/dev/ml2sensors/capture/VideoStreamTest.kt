@@ -32,7 +32,7 @@ import kotlin.test.assertTrue
 
 class VideoStreamTest {
     private val encoder = ScriptedEncoder()
-    private val link = ScriptedLink()
+    private val channel = ScriptedChannel()
 
     @BeforeEach
     fun begin(): Unit = Simulation.begin()
@@ -65,21 +65,21 @@ class VideoStreamTest {
 
     @Test
     fun whatTheLinkRefusesIsCountedAndHarmsNoOtherImage() {
-        link.refusals[1] = DropReason.QUEUE_FULL
-        link.refusals[2] = DropReason.LINK_DOWN
+        channel.refusals[1] = DropReason.QUEUE_FULL
+        channel.refusals[2] = DropReason.LINK_DOWN
         assertEncoded(5, listOf(0, 3, 4), DropReason.QUEUE_FULL to 1, DropReason.LINK_DOWN to 1)
         assertEquals(listOf(0), encoder.keyFrames)
     }
 
     @Test
     fun aRateThatWasLoweredLeavesImagesOutUncounted() {
-        link.leavesOut += setOf(1, 3)
+        channel.leavesOut += setOf(1, 3)
         assertEncoded(5, listOf(0, 2, 4))
     }
 
     @Test
     fun afterALostPacketNothingComesUntilTheKeyFrameThatIsAskedFor() {
-        encoder.actions[3] = { link.droppedPackets++ }
+        encoder.actions[3] = { channel.droppedPackets++ }
         encoder.delayOfRequests = 2
         assertEncoded(8, listOf(0, 1, 2, 6, 7), DropReason.AWAITING_KEY_FRAME to 3)
         assertEquals(listOf(0, 4), encoder.keyFrames)
@@ -105,7 +105,7 @@ class VideoStreamTest {
             it.retain()
             held += it
         }
-        assertEquals(3, link.most)
+        assertEquals(3, channel.most)
         held.forEach(ImageSample::release)
     }
 
@@ -180,7 +180,7 @@ class VideoStreamTest {
         assertTrue(ByteBuffer.wrap(OTHER_FRAME + idr).position(OTHER_FRAME.size).isKeyFrame(), "from the position on")
     }
 
-    private fun stream() = VideoStream(StreamTable.worldLeft, encoder, SETTINGS, link)
+    private fun stream() = VideoStream(StreamTable.worldLeft, encoder, SETTINGS, channel)
 
     /** Returns what comes of [samples], of images a copy; [use] sees them before their release. */
     private fun encoded(samples: List<Sample>, use: (ImageSample) -> Unit = {}): List<Any> = runBlocking {
@@ -222,7 +222,7 @@ class VideoStreamTest {
         val packet = sample.copy()
     }
 
-    private class ScriptedLink : VideoLink {
+    private class ScriptedChannel : VideoChannel {
         override var droppedPackets = 0L
         val refusals = mutableMapOf<Int, DropReason>()
         val leavesOut = mutableSetOf<Int>()

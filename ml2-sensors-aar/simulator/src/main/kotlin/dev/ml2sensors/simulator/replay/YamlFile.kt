@@ -64,3 +64,12 @@ internal class YamlFile(private val file: File) {
         throw RecordingException(file, null, "a readable file", "${failure.message}", failure)
     } ?: throw RecordingException(file, null, "a YAML mapping", "an empty file")
 }
+
+/** A recording does not follow its format. Names the [file], the [line] if there is one, and what was expected and found. */
+public class RecordingException internal constructor(
+    public val file: File,
+    public val line: Int?,
+    public val expected: String,
+    public val found: String,
+    cause: Throwable? = null,
+) : IOException("$file${line?.let { ":$it" }.orEmpty()}: expected $expected, found $found", cause)
