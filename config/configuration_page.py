@@ -123,6 +123,8 @@ def _allowed(key: Key) -> str:
         return "the name of a file, or nothing"
     if key.type == "link":
         return f"{', '.join(LINK_WORDS)}, or Mbit/s above 0"
+    if key.type == "names":
+        return "a list of names, or one text with spaces between them"
     if key.type == "topic":
         return "a ROS 2 topic name"
     if key.allowed:

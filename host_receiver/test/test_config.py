@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from configurations import only_config
+from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.configuration.config import Config, load_config, parse_config
 from ml2_receiver.errors import ConfigError, Problem
 from ml2_receiver.wire.messages import Link
@@ -313,6 +314,29 @@ def test_the_link_is_a_word_or_a_number_of_mbit_per_s(
     value: str | float, link: Link | None
 ) -> None:
     assert parse({"general": {"link": value}}).link == link
+
+
+def test_an_app_may_use_the_names_that_the_file_lists_and_by_default_none() -> None:
+    config = parse({"app": {"subscribe": ["/robot/*", "/tf"], "call": "/robot/stop", "offer": []}})
+    rules = AppRules(NameRules(("/robot/*", "/tf")), call=NameRules(("/robot/stop",)))
+    assert config.app == rules
+    assert parse({"battery": {"enabled": True}}).app == AppRules()
+
+
+@pytest.mark.parametrize(
+    "names", [["robot"], ["/two words"], [1], [["/a"]], ["/a/b*"], {"a": "/b"}, ["/a"] * 65, "a"]
+)
+def test_what_is_no_list_of_names_is_refused(names: object) -> None:
+    with pytest.raises(ConfigError, match="expected a list of at most 64 absolute names"):
+        parse({"app": {"subscribe": names}})
+
+
+@pytest.mark.parametrize(
+    "key", ["general.topic_name", "world_left.calibration", "world_left.format"]
+)
+def test_a_list_is_no_value_of_another_key(key: str) -> None:
+    with pytest.raises(ConfigError, match="found a list"):
+        parse({key: ["/a"]})
 
 
 def test_images_give_way_to_the_link_unless_told_otherwise() -> None:

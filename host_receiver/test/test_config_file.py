@@ -2,6 +2,7 @@ from pathlib import Path
 
 import pytest
 
+from ml2_receiver.configuration.app_rules import NameRules
 from ml2_receiver.configuration.config import Config, load_config, parse_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.configuration.settings import Settings
@@ -82,6 +83,15 @@ def test_a_number_for_the_link_stays_as_the_user_wrote_it(file: Path) -> None:
     assert "{link: 100.0}" in file.read_text()
     ConfigFile(file).save(changed(file, general__link="50"))
     assert "{link: 50}" in file.read_text()
+
+
+def test_names_are_written_as_a_list(file: Path) -> None:
+    file.write_text(TEXT + "    app: {call: [/robot/stop]}\n")
+    config = changed(file, app__call=["/robot/stop", "/robot/*"], app__offer=["/a"])
+    ConfigFile(file).save(config)
+    assert "call: [/robot/stop, /robot/*]" in file.read_text()
+    assert load_config(file).app == config.app
+    assert config.app.call == NameRules(("/robot/stop", "/robot/*"))
 
 
 def test_a_file_of_one_without_any_begins_as_the_packaged_one(

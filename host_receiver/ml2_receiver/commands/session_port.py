@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
 
+from ..configuration.app_rules import AppRules
 from ..errors import ListenError
 from ..session.server import Server
 from ..table.reader import load_table
@@ -36,7 +37,7 @@ def add_keys(parser: argparse.ArgumentParser) -> None:
 
 
 def add_insecure(parser: argparse.ArgumentParser) -> None:
-    """--insecure and --insecure-eye-images."""
+    """--insecure, and what it does not allow alone."""
     parser.add_argument(
         "--insecure",
         action="store_true",
@@ -46,14 +47,19 @@ def add_insecure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--insecure-eye-images", action="store_true", help="with --insecure, eye images too"
     )
+    parser.add_argument(
+        "--insecure-control",
+        action="store_true",
+        help="with --insecure, app.publish, app.call and app.offer too",
+    )
 
 
 class SessionPort:
     """Listens, is announced, and follows who is paired, until left.
 
     Args:
-        options: has name, keys, insecure, insecure_eye_images, and listen, which is None for the
-            default: this machine only, and all interfaces once a device is paired.
+        options: has name, keys, insecure, insecure_eye_images, insecure_control, and listen, which
+            is None for the default: this machine only, and all interfaces once a device is paired.
 
     Raises:
         KeysError, ListenError
@@ -64,6 +70,7 @@ class SessionPort:
         self._has_default = options.listen is None
         self.listener = listen(options.listen or self._default)
         self._allows_eye_images = not options.insecure or options.insecure_eye_images
+        self._allows_control = not options.insecure or options.insecure_control
         self.name: str = options.name or socket.gethostname()
         self._lock = threading.Lock()
         self._is_closed = False
@@ -87,6 +94,10 @@ class SessionPort:
             return {}
         table = load_table()
         return {id: _EYE_IMAGES for id in table.streams if table.shows_eyes(id)}
+
+    def allowed(self, rules: AppRules) -> AppRules:
+        """Returns what is left of the rules for apps where anybody could be the app."""
+        return rules if self._allows_control else rules.of_subscriptions()
 
     def follow(self, server: Server) -> None:
         """Follows a change of paired devices: with the first one, the server listens everywhere."""

@@ -4,14 +4,12 @@ A rule is a resolved name such as `/robot/joint_states`. Its segments may be `*`
 one segment, or `**`, for any number of them.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ..table.key_values import is_rule
 from ..table.reader import load_table
 
-_LONGEST = 255  # of a topic's name in DDS
-_SEGMENT = re.compile(r"\*\*?|[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _PARAMETER_SERVICES = {
     "describe_parameters",
     "get_parameter_types",
@@ -22,6 +20,10 @@ _PARAMETER_SERVICES = {
 }
 
 
+# The keys of the section `app`, in the order of AppRules.
+USES = ("subscribe", "publish", "call", "offer")
+
+
 @dataclass(frozen=True)
 class NameRules:
     """Rules for one use of names. Raises ValueError for a text that is no rule."""
@@ -30,12 +32,10 @@ class NameRules:
 
     def __post_init__(self) -> None:
         for rule in self.rules:
-            first, *segments = rule.split("/")
-            is_rule = not first and segments and all(map(_SEGMENT.fullmatch, segments))
-            if not is_rule or len(rule) > _LONGEST:
+            if not is_rule(rule):
                 raise ValueError(
                     "expected an absolute name such as /robot/scan, whose segments may be * and **,"
-                    f" of at most {_LONGEST} characters, found {rule!r}"
+                    f" found {rule!r}"
                 )
 
     def allow(self, name: str) -> bool:

@@ -9,6 +9,7 @@ from ..errors import CalibrationError, ConfigError, Problem
 from ..table.reader import load_table
 from ..table.stream_table import Stream
 from ..wire.messages import Link
+from .app_rules import USES, AppRules, NameRules
 from .calibration import Calibration, load_calibration
 from .config_rules import Values, camera_problems, key_problems, read_values, without_modes
 from .parameter_file import MAX_BYTES, Parameter, expected_one_of, is_of_ros, read_parameters
@@ -63,6 +64,12 @@ class Config:
                 return None
             case mbit_per_s:
                 return Link(adapts=True, most_mbit_per_s=float(mbit_per_s))
+
+    @property
+    def app(self) -> AppRules:
+        """What an app on the headset may use of ROS."""
+        uses = (str(self.values[f"app.{use}"]) for use in USES)
+        return AppRules(*(NameRules(tuple(names.split())) for names in uses))
 
     @property
     def is_lazy(self) -> bool:

@@ -101,7 +101,9 @@ def _edited(data: bytes, folder: Path, values: Values, node: str | None) -> byte
         problem = Problem(line, "", "", f"cannot be written: {' '.join(reason.split())}")
         raise ConfigError([problem]) from error
     places = _of_node(document, node)
-    cameras = [it.id for it in load_table().sections.values() if it.modes]
+    sections = load_table().sections.values()
+    names = {f"{s.id}.{it.name}" for s in sections for it in s.keys.values() if it.type == "names"}
+    cameras = [it.id for it in sections if it.modes]
     modes = {f"{it}.mode": it for it in cameras if any(_places(places, f"{it}.mode"))}
     in_modes = {f"{camera}.{key}" for camera in modes.values() for key in MODE_KEYS}
     for name, value in values.items():
@@ -112,7 +114,7 @@ def _edited(data: bytes, folder: Path, values: Values, node: str | None) -> byte
             continue
         if keys is None:
             keys, key = _new_place(places, name)
-        keys[key] = value
+        keys[key] = str(value).split() if name in names else value
     for name, camera in modes.items():
         keys, key = next(_places(places, name))
         keys[key] = mode_of(camera, values)

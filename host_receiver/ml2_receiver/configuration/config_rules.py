@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ..errors import Problem
-from ..table.key_values import accepts, expected, mbit_per_s
+from ..table.key_values import accepts, expected, scalar
 from ..table.stream_table import Mode, Section
 from ..wire.json_body import Scalar
 from .parameter_file import Parameter, expected_one_of
@@ -88,7 +88,7 @@ def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Ite
 def read_values(parameters: Parameters, sections: Mapping[str, Section]) -> dict[str, Scalar]:
     """Returns all values by "section.key", defaults included, but none that its key cannot have.
 
-    A number of a key of type "link" is a number, even if it is given as text.
+    A number of a key of type "link" is a number, even if it is given as text; names are one text.
     """
     values: dict[str, Scalar] = {}
     for section in sections.values():
@@ -96,7 +96,7 @@ def read_values(parameters: Parameters, sections: Mapping[str, Section]) -> dict
             name = f"{section.id}.{key.name}"
             value: object = parameters[name].value if name in parameters else key.default
             if accepts(value, key):
-                values[name] = mbit_per_s(value) if key.type == "link" else value
+                values[name] = scalar(value, key)
     return values
 
 

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 import yaml
 from yaml.constructor import SafeConstructor
-from yaml.nodes import MappingNode, Node, ScalarNode
+from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from yaml.reader import ReaderError
 
 from ..errors import ConfigError, Problem
@@ -251,7 +251,9 @@ def _parameter(key: Node, value: Node) -> Parameter:
 
 
 def _value(node: Node) -> object:
-    """Returns the value of a scalar; None if no key can have it."""
+    """Returns the value of a scalar, or those of a list; None if no key can have it."""
+    if isinstance(node, SequenceNode):
+        return [_value(it) if isinstance(it, ScalarNode) else None for it in node.value]
     if not isinstance(node, ScalarNode):
         return None
     try:

@@ -1,7 +1,7 @@
 """The configuration as it changes while the receiver runs."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -133,4 +133,6 @@ def _parameter(value: object) -> Parameter:
     """Returns the value as the reader of files would."""
     if isinstance(value, bool | int | float | str):
         return Parameter(0, value, json.dumps(value, ensure_ascii=False)[:MAX_SHOWN])
-    return Parameter(0, None, "nothing" if value is None else "a list")
+    if value is None:
+        return Parameter(0, None, "nothing")
+    return Parameter(0, list(value) if isinstance(value, Iterable) else None, "a list")

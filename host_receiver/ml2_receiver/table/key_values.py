@@ -3,7 +3,6 @@
 import math
 import re
 import sys
-from typing import TypeGuard
 
 from ..wire.json_body import Scalar
 from .stream_table import CAMERA_KEYS, Key
@@ -11,12 +10,15 @@ from .stream_table import CAMERA_KEYS, Key
 # Legal values of a key of type "link", as are numbers.
 LINK_WORDS = ("auto", "fixed")
 
+_SEGMENT = re.compile(r"\*\*?|[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
+_LONGEST_NAME = 255  # of a topic in DDS
+_MOST_NAMES = 64
 # https://design.ros2.org/articles/topic_and_service_names.html; the bound leaves room for the
 # longest relative topic in the 247 bytes of RMW_TOPIC_MAX_NAME_LENGTH.
 _TOPIC = re.compile(r"(?=.{1,200}$)(?!.*__)/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
 
-def accepts(value: object, key: Key) -> TypeGuard[Scalar]:
+def accepts(value: object, key: Key) -> bool:
     """Returns True if the value is legal for some values of the other keys."""
     match key.type:
         case "bool":
@@ -35,10 +37,24 @@ def accepts(value: object, key: Key) -> TypeGuard[Scalar]:
             return _is_link(value)
         case "file":
             return isinstance(value, str) and value.isprintable()
+        case "names":
+            return _are_rules(value.split() if isinstance(value, str) else value)
         case "topic":
             return isinstance(value, str) and _TOPIC.fullmatch(value) is not None
         case _:
             return isinstance(value, str) and value in key.allowed
+
+
+def is_rule(text: object) -> bool:
+    """Returns True for a resolved name of ROS, some of whose segments may be `*` or `**`."""
+    if not isinstance(text, str) or len(text) > _LONGEST_NAME:
+        return False
+    first, *segments = text.split("/")
+    return not first and bool(segments) and all(map(_SEGMENT.fullmatch, segments))
+
+
+def _are_rules(value: object) -> bool:
+    return isinstance(value, list) and len(value) <= _MOST_NAMES and all(map(is_rule, value))
 
 
 def _is_link(value: object) -> bool:
@@ -68,10 +84,23 @@ def expected(key: Key) -> str:
             return f"{', '.join(LINK_WORDS)}, or a number of Mbit/s above 0"
         case "file":
             return "the name of a file, or nothing"
+        case "names":
+            return (
+                f"a list of at most {_MOST_NAMES} absolute names such as /robot/scan, whose"
+                " segments may be * or **"
+            )
         case "topic":
             return f"a topic name such as {key.default}"
         case _:
             return f"one of {', '.join(map(str, key.allowed))}"
+
+
+def scalar(value: object, key: Key) -> Scalar:
+    """Returns a value that the key accepts as Config.values has it."""
+    if isinstance(value, list):
+        return " ".join(value)
+    assert isinstance(value, bool | int | float | str)
+    return mbit_per_s(value) if key.type == "link" else value
 
 
 def mbit_per_s(value: Scalar) -> Scalar:

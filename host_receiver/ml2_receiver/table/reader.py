@@ -35,7 +35,7 @@ Row = Mapping[str, Any]
 
 # libyaml's loader if PyYAML has it, which saves every program 60 ms.
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-_KEY_TYPES = ("bool", "file", "integer", "link", "number", "topic")
+_KEY_TYPES = ("bool", "file", "integer", "link", "names", "number", "topic")
 
 
 @functools.cache
@@ -186,6 +186,8 @@ def _key(name: str, row: Row) -> Key:
         _one_of("default", choice["default"], choice["allowed"])
         return Key(name, **choice)
     _one_of("type", row["type"], _KEY_TYPES)
+    if row["type"] == "names":
+        row = {**row, "default": " ".join(row["default"])}
     return Key(name, **row)
 
 

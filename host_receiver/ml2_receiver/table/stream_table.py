@@ -180,8 +180,10 @@ class Mode:
 class Key:
     """One key of a section.
 
-    `type` is "bool", "file", "integer", "link", "number", "text" or "topic". A number lies between
-    `minimum` and `maximum`. A `read_only` key cannot change while the receiver runs.
+    `type` is "bool", "file", "integer", "link", "names", "number", "text" or "topic". A number lies
+    between `minimum` and `maximum`. Names are a list in files, or one text with spaces between
+    them; it is a text for ROS, whose files have no empty lists. A `read_only` key cannot change
+    while the receiver runs.
     """
 
     name: str
