@@ -45,9 +45,7 @@ internal class FrameWriter(
         }
         together.flip()
         try {
-            if (pacing ==
-                null
-            ) {
+            if (pacing == null) {
                 writeTogether()
             } else {
                 pacing.image { pacing.slice(together.remaining()) { writeTogether() } }
