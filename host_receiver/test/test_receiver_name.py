@@ -106,10 +106,15 @@ def test_both_say_that_they_have_one_name(
 def test_a_setting_that_two_get_names_both(config: Path) -> None:
     with two(config, [], []) as (one, other):
         one.await_error(_SAID)
-        line, errors = tool("set", "battery.enabled=true")
-        for it in (one, other):
-            assert f"{gethostname()} (pid {it.process.pid})" in line
-        assert any("2 receivers have the name /ml2_receiver" in it for it in errors)
+        names = [f"{gethostname()} (pid {it.process.pid})" for it in (one, other)]
+
+        def both_are_named() -> bool:
+            """False while the tool has not found both in its short life."""
+            line, errors = tool("set", "battery.enabled=true")
+            is_told = any("2 receivers have the name /ml2_receiver" in it for it in errors)
+            return is_told and all(it in line for it in names)
+
+        await_true(both_are_named)
         for it in (one, other):  # and so it is
             with MockDevice(it.address, says_ping=True) as device:
                 assert "battery" in device.reach_configure().streams

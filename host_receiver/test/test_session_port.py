@@ -28,8 +28,8 @@ def port(monkeypatch: pytest.MonkeyPatch) -> int:
 
 
 def options(keys: Path, **others: object) -> Namespace:
-    defaults = {"name": "", "insecure": False, "insecure_eye_images": False, "listen": None}
-    return Namespace(keys=keys, **{**defaults, **others})
+    flags = dict.fromkeys(("insecure", "insecure_control", "insecure_eye_images"), False)
+    return Namespace(keys=keys, **{"name": "", "listen": None, **flags, **others})
 
 
 def listened_on(options: Namespace) -> tuple[str, int]:

@@ -231,7 +231,7 @@ def test_what_is_no_recording_is_refused_in_one_line(
     for folder, words in {
         tmp_path / "nowhere": "cannot read",
         without: "expected .mcap files",
-        empty: "is not a recording of ml2-receiver",
+        empty: "has no topics",
         foreign: "not a valid MCAP file, it begins with b'none'",
     }.items():
         assert main(["view", "--no-browser", str(folder)]) == 2

@@ -159,8 +159,9 @@ def _types(summary: Summary) -> dict[int, str]:
 
 def _type(schema: Schema) -> str:
     """The name of a type; mcap's own writer for ROS 2 leaves out the part in the middle."""
-    package, *middle, name = schema.name.split("/")
-    return schema.name if middle or not package else f"{package}/msg/{name}"
+    package, _, name = schema.name.partition("/")
+    is_short = package and name and "/" not in name
+    return f"{package}/msg/{name}" if is_short else schema.name
 
 
 def _by_reading(path: Path) -> Contents:

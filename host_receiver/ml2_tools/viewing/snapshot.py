@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import math
 import time
 import zipfile
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ml2_receiver.configuration.calibration import Calibration, calibration_yaml
+from ml2_receiver.json_text import json_text
 from ml2_receiver.printable import printable
 from ml2_receiver.topics.stamps import header_stamp_ns
 
@@ -93,7 +93,7 @@ def _zip(view: View, newest: Mapping[str, Newest]) -> bytes:
         color, depth = (newest.get(it, (0, "", b"")) for it in (_COLOR, _DEPTH))
         if (points := points_in_world(view.scene, depth, color, math.inf)) is not None:
             archive.writestr("depth.ply", _ply(points))
-        archive.writestr("poses.json", json.dumps(index, indent=2) + "\n")
+        archive.writestr("poses.json", json_text(index, indent=2) + "\n")
     return file.getvalue()
 
 
