@@ -68,7 +68,7 @@ def drawing_options(options: Sequence[str]) -> list[str]:
 def await_drawn(log: Path, options: Sequence[str]) -> bool:
     """Waits until a running headset has rendered all frames that it shows.
 
-    Returns False if the disk has no room for them, so that each headset renders its own.
+    Returns False if disk or cache have no room for them, so that each headset renders its own.
 
     Args:
         log: its standard output and error.
@@ -81,7 +81,10 @@ def await_drawn(log: Path, options: Sequence[str]) -> bool:
         text = log.read_text(errors="replace")
         if _NOT_KEPT in text:
             return False
-        missing = sum(_missing(name, int(count)) for name, count in _INCOMPLETE.findall(text))
+        try:
+            missing = sum(_missing(name, int(count)) for name, count in _INCOMPLETE.findall(text))
+        except FileNotFoundError:
+            return False
         now = (missing, left_out(log), ": accepted" in text)
         if now != last:
             last, since_s = now, time.monotonic()
