@@ -36,7 +36,7 @@ _DEPTH, _COLOR = "depth", "color"
 
 
 def snapshot_of(view: View, shown: Collection[str]) -> bytes:
-    """Returns a zip file of what the source delivers at present; waits for it for 3 s at most.
+    """Returns a zip file of what the source delivers at present; waits for it for 5 s at most.
 
     Args:
         shown: the streams that the browser shows; others are taken, too, but eye cameras.

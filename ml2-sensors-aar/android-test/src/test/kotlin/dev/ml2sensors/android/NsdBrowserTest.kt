@@ -32,6 +32,7 @@ import kotlin.test.assertFalse
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
 
 @RunWith(RobolectricTestRunner::class)
 @Config(sdk = [29], manifest = Config.NONE, shadows = [FakeNsdManager::class])
@@ -160,11 +161,11 @@ class NsdBrowserTest {
         for (call in listOf("discoverServices", "stopServiceDiscovery", "resolveService")) {
             val networks = CopyOnWriteArrayList<FakeNsdManager>()
             val newManager = { newManager().also { networks += Shadow.extract<FakeNsdManager>(it) } }
-            val browser = NsdBrowser(newManager, wifi, 50.milliseconds, PlatformCalls(limit = 50.milliseconds))
+            val browser = NsdBrowser(newManager, wifi, 50.milliseconds, PlatformCalls(limit = CALL_LIMIT))
             val answer = NeverReturns.hold("NsdManager.$call")
             when (call) {
                 "discoverServices" -> assertFailsWith<NoAnswerException> { browser.receivers().first() }
-                "resolveService" -> browser.receivers().first { networks.size == 2 }
+                "resolveService" -> browser.receivers().first { networks.size > 1 }
                 else -> assertEquals(mapOf(desk), browser.receivers().first())
             }
             answer()
@@ -181,7 +182,7 @@ class NsdBrowserTest {
             answer.await()
             newManager()
         }
-        val browser = NsdBrowser(newManager, wifi, calls = PlatformCalls(limit = 50.milliseconds))
+        val browser = NsdBrowser(newManager, wifi, calls = PlatformCalls(limit = CALL_LIMIT))
         repeat(2) { assertFailsWith<NoAnswerException> { browser.receivers().first() } }
         answer.countDown()
         while (runCatching { assertEquals(mapOf(desk), browser.receivers().first()) }.isFailure) yield()
@@ -191,7 +192,7 @@ class NsdBrowserTest {
     @Config(shadows = [FakeNsdManager::class, FakeMulticastLock::class])
     fun aLockForMulticastThatIsNotAnsweredKeepsNoSearch() = runBlocking {
         network.appear("desk", "192.168.1.5", 7755)
-        val browser = NsdBrowser({ manager }, wifi, calls = PlatformCalls(limit = 50.milliseconds))
+        val browser = NsdBrowser({ manager }, wifi, calls = PlatformCalls(limit = CALL_LIMIT))
         for (call in listOf("acquire", "release")) {
             val answer = NeverReturns.hold("MulticastLock.$call")
             assertEquals(mapOf(desk), browser.receivers().first())
@@ -237,5 +238,8 @@ class NsdBrowserTest {
 
     private companion object {
         const val THREAD = "NsdManager of this test"
+
+        /** Long enough for calls that return, also on a busy machine. */
+        val CALL_LIMIT = 2.seconds
     }
 }
