@@ -46,7 +46,8 @@ class LocalStreamsTest {
         mapOf("world_left" to StreamValues(stream = 1, quality = 60), "gyro_left" to StreamValues()),
     ) { streamer ->
         assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
-        val states = streamer.streams.value.mapValues { assertIs<StreamState.Accepted>(it.value).values }
+        val both = withTimeout(StreamFixture.LIMIT) { streamer.streams.first { it.size == 2 } }
+        val states = both.mapValues { assertIs<StreamState.Accepted>(it.value).values }
         assertEquals(StreamValues(1, 1016, 1016, 30, "Grayscale", quality = 60), states["world_left"])
         assertEquals(StreamValues(), states["gyro_left"])
     }
