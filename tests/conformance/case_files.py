@@ -24,7 +24,7 @@ def load(folder: str) -> dict[str, Vector]:
     """All cases of a folder, in the order of their names."""
     cases = {
         name: case
-        for file in (VECTORS / folder).rglob("*.json")
+        for file in (VECTORS / folder).glob("*.json")
         for name, case in json.loads(file.read_text("utf-8")).items()
     }
     assert cases, f"there are no cases in {VECTORS / folder}"

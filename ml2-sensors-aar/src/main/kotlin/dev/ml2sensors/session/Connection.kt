@@ -70,6 +70,11 @@ internal class Connection private constructor(
         }
     }
 
+    /** Knows the kinds of openings from now on, with messages of at most [bytes]. */
+    fun allowOpenings(bytes: Int) {
+        reader.maxMessageBytes = bytes
+    }
+
     /** Reads and discards input until the end of the stream. */
     fun discard() {
         val sink = ByteBuffer.allocate(DISCARD_BYTES)

@@ -35,11 +35,13 @@ import kotlin.time.TimeSource
 internal class ControlHandler(
     private val control: ControlLane,
     private val lanes: SessionLanes,
+    private val openings: OpeningLanes?,
     private val streams: StreamControl,
     private val hostClock: HostClock,
     private val stop: Deferred<*>,
 ) {
     private val handling = Mutex()
+    private val allowed = if (openings == null) IN_SESSION else IN_SESSION + OpeningLanes.ON_CONTROL
     private val announcer = ChannelAnnouncer(streams, control)
 
     /**
@@ -54,11 +56,13 @@ internal class ControlHandler(
             for (request in requests) handling.withLock { if (!stop.isCompleted) handle(request) }
         }
         while (true) {
-            val frame = control.read(IN_SESSION) ?: break
+            val frame = control.read(allowed) ?: break
             when (frame.kind) {
                 FrameKind.PING -> control.write(FrameKind.PONG)
 
                 FrameKind.PONG -> Unit
+
+                in OpeningLanes.ON_CONTROL -> openings?.received(frame)
 
                 FrameKind.BYE -> throw IOException(
                     "the receiver left: ${printable(ControlJson.decode<Bye>(frame.body).reason)}",

@@ -7,6 +7,7 @@ import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.Frame
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.ProtocolException
+import dev.ml2sensors.wire.RosLanes
 import dev.ml2sensors.wire.Welcome
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.Dispatchers
@@ -34,6 +35,9 @@ internal class ControlLane(private val connection: Connection) {
     private var lastSent: TimeMark = lastReceived
 
     private val writing = Mutex()
+
+    /** Knows the kinds of openings from now on. */
+    fun allowOpenings(): Unit = connection.allowOpenings(RosLanes.maxMessageBytes(RosLanes.ROS))
 
     /** True once [finish] has begun; from then on errors of connections do not matter. */
     @Volatile

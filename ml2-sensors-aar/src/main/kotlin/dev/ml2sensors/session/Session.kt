@@ -30,6 +30,8 @@ import kotlin.time.Duration.Companion.seconds
 /**
  * One session from HELLO to its end, on the device's side; PROTOCOL.md, Connecting. Owns the session's connections;
  * lanes and streams outlive it.
+ *
+ * @param app what its app opens, if the receiver serves openings; null if HELLO does not say `ros`.
  */
 internal class Session(
     private val receiver: ReceiverAddress,
@@ -38,6 +40,7 @@ internal class Session(
     private val hostClock: HostClock,
     private val streams: StreamControl,
     private val resolve: (String) -> List<InetAddress> = ::addressesOf,
+    private val app: AppOpenings? = null,
 ) {
     private val connections = ConcurrentLinkedQueue<Connection>()
 
@@ -73,18 +76,23 @@ internal class Session(
         if (welcome.version !in hello.versions) {
             throw ProtocolException(ErrorCode.VERSION, "expected one of ${hello.versions}, found ${welcome.version}")
         }
-        welcome.violation()?.let { throw ProtocolException(ErrorCode.MALFORMED, "invalid WELCOME: $it") }
+        val hasOpenings = app != null && welcome.ros != null
+        welcome.violation(hasOpenings)?.let { throw ProtocolException(ErrorCode.MALFORMED, "invalid WELCOME: $it") }
+        if (hasOpenings) control.allowOpenings()
         return welcome
     }
 
     private suspend fun runParts(control: ControlLane, welcome: Welcome, stop: Deferred<String>) = coroutineScope {
-        val lanes = SessionLanes(welcome, ::open, streams::lane) { launchPart(control, it) }
-        val handler = ControlHandler(control, lanes, streams, hostClock, stop)
+        val opened = app?.takeIf { welcome.ros != null }
+        val lanes = SessionLanes(welcome, opened != null, ::open, streams::lane) { launchPart(control, it) }
+        val openings = opened?.let { OpeningLanes(control, it, lanes::connectToOpenings) { launchPart(control, it) } }
+        val handler = ControlHandler(control, lanes, openings, streams, hostClock, stop)
         launchPart(control) { control.keepAlive(welcome.timeouts) }
         val joining = async { lanes.joinTime().also { lanes.join(setOf(StreamTable.sensorsLane.name)) } }
         val listening = launchPart(control) { handler.handleFrames(joining) }
         val timeLane = TimeLane(joining.await(), deviceClock, hostClock, lanes.pacing)
         val comparing = launchPart(control) { timeLane.run() }
+        launchPart(control) { openings?.open() }
         launchPart(control) { streams.follow(lanes.pacing) }
         launchPart(control) { handler.reportFailures() }
         launchPart(control) { handler.reportAdditions() }
@@ -95,6 +103,7 @@ internal class Session(
         handler.awaitLastRequest()
         streams.stopSources()
         lanes.finish(streams.drainLimit)
+        openings?.finish(streams.drainLimit)
         drained.complete(Unit)
         events.join()
         status.join()

@@ -8,6 +8,7 @@ import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Join
 import dev.ml2sensors.wire.Joined
 import dev.ml2sensors.wire.ProtocolException
+import dev.ml2sensors.wire.RosLanes
 import dev.ml2sensors.wire.Welcome
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.async
@@ -24,10 +25,12 @@ import kotlin.time.Duration.Companion.seconds
  * The data lanes of a session, each with its connection and the job that sends through it. Called by one coroutine at a
  * time.
  *
+ * @param hasOpenings true if the session knows the kinds of openings.
  * @param launch runs a part of the session on a thread that may block.
  */
 internal class SessionLanes(
     private val welcome: Welcome,
+    private val hasOpenings: Boolean,
     private val open: suspend (urgent: Boolean, pacing: ImagePacing?) -> Connection,
     private val lane: (String) -> Lane,
     private val launch: (suspend () -> Unit) -> Job,
@@ -95,6 +98,9 @@ internal class SessionLanes(
         }
     }
 
+    /** Joins a lane of openings. */
+    suspend fun connectToOpenings(name: String): Connection = connect(name, urgent = name == RosLanes.ROS)
+
     private suspend fun connect(name: String, urgent: Boolean, pacing: ImagePacing? = null): Connection {
         val ticket = welcome.tickets[name]
             ?: throw ProtocolException(ErrorCode.TICKET, "the receiver gave no ticket for lane $name")
@@ -110,6 +116,7 @@ internal class SessionLanes(
         if (joined.lane != name) {
             throw ProtocolException(ErrorCode.UNEXPECTED, "expected JOINED of lane $name, found ${joined.lane}")
         }
+        if (hasOpenings) connection.allowOpenings(RosLanes.maxMessageBytes(name))
         return connection
     }
 

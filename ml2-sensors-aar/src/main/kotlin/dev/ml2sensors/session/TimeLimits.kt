@@ -3,6 +3,7 @@ package dev.ml2sensors.session
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.ProtocolException
+import dev.ml2sensors.wire.RosLanes
 import dev.ml2sensors.wire.Welcome
 import dev.ml2sensors.wire.violation
 import kotlinx.coroutines.Deferred
@@ -27,9 +28,10 @@ internal suspend fun <T : Any> unlessStopped(stop: Deferred<*>, exchange: suspen
         }.also { result.cancel() }
     }
 
-/** Returns how it violates PROTOCOL.md, or null if it is valid. */
-internal fun Welcome.violation(): String? {
-    val missing = listOf(SessionLanes.TIME, StreamTable.sensorsLane.name) - tickets.keys
+/** Returns how it violates PROTOCOL.md, or null if it is valid; a session that [hasOpenings] needs more lanes. */
+internal fun Welcome.violation(hasOpenings: Boolean): String? {
+    val ofOpenings = if (hasOpenings) RosLanes.ALL else emptyList()
+    val missing = listOf(SessionLanes.TIME, StreamTable.sensorsLane.name) + ofOpenings - tickets.keys
     val isInTime = timeouts.handshakeSeconds > 0 && timeouts.pingSeconds > 0 && timeouts.deadSeconds > 0
     val counts = received.orEmpty().values + limits.dataBytes
     return when {

@@ -18,7 +18,7 @@ internal class Hello(
     val channels: Map<String, Status.ChannelCounts> = emptyMap(),
 ) {
     @Serializable
-    class Capabilities(val streams: List<String>)
+    class Capabilities(val streams: List<String>, val ros: Boolean = false)
 }
 
 @Serializable
@@ -31,7 +31,12 @@ internal class Welcome(
     val received: Map<String, Long>?,
     val limits: Limits,
     val timeouts: Timeouts,
+    val ros: AllowedUses? = null,
 ) {
+    /** For which uses the receiver's user allows any name. */
+    @Serializable
+    class AllowedUses(val subscribe: Boolean, val publish: Boolean, val call: Boolean, val offer: Boolean)
+
     @Serializable
     class Limits(@SerialName("data_bytes") val dataBytes: Long)
 

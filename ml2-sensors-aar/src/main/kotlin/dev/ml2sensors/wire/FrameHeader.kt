@@ -39,9 +39,10 @@ internal class FrameHeader(
         /**
          * Reads and checks the next 32 bytes of [source].
          *
+         * @param maxLength returns the bound of a kind's body in bytes; null is an unknown kind.
          * @throws ProtocolException for a wrong magic or version, or a length above the kind's bound.
          */
-        fun read(source: ByteBuffer): FrameHeader {
+        fun read(source: ByteBuffer, maxLength: (FrameKind?) -> Int = FrameKind::maxLength): FrameHeader {
             source.order(ByteOrder.LITTLE_ENDIAN)
             val magic = source.short.toInt() and 0xFFFF
             val version = source.get().toInt() and 0xFF
@@ -56,7 +57,7 @@ internal class FrameHeader(
             if (version != VERSION) {
                 throw ProtocolException(ErrorCode.VERSION, "expected protocol version $VERSION, found $version")
             }
-            val bound = FrameKind.of(code)?.maxLength ?: FrameKind.UNKNOWN_MAX_LENGTH
+            val bound = maxLength(FrameKind.of(code))
             if (length > bound) {
                 throw ProtocolException(
                     ErrorCode.TOO_LARGE,

@@ -27,13 +27,29 @@ internal enum class FrameKind(val code: Int, val maxLength: Int) {
     PAIR_CHALLENGE(60, 4 * KIB),
     PAIR(61, 16 * KIB),
     PAIRED(62, 4 * KIB),
+    OPEN(96, 4 * KIB),
+    OPENED(97, 4 * KIB),
+    CLOSE(98, 4 * KIB),
+    CLOSED(99, 4 * KIB),
+    TAKEN(112, 0),
+    MESSAGE(128, 16 * KIB * KIB),
+    POSE(129, PoseBody.BYTES),
+    REQUEST(130, 64 * KIB),
+    RESPONSE(131, 64 * KIB),
+    FAILURE(132, 4 * KIB),
     ;
 
-    companion object {
-        /** The length limit of kinds that this version does not know, which are skipped. */
-        const val UNKNOWN_MAX_LENGTH: Int = 64 * KIB
+    /** True for the kinds that a session knows only with `ros` in its WELCOME. */
+    val isOfOpenings: Boolean get() = code >= FIRST_OF_OPENINGS
 
+    companion object {
+        private const val UNKNOWN_MAX_LENGTH = 64 * KIB
+
+        private const val FIRST_OF_OPENINGS = 96
         private val byCode = entries.associateBy(FrameKind::code)
+
+        /** Returns the bound of a kind's body in bytes; null is a kind that is not known, which is skipped. */
+        fun maxLength(kind: FrameKind?): Int = kind?.maxLength ?: UNKNOWN_MAX_LENGTH
 
         /** Returns the kind, or null if this version does not know it. */
         fun of(code: Int): FrameKind? = byCode[code]

@@ -4,8 +4,14 @@ import java.io.EOFException
 import java.nio.ByteBuffer
 import java.nio.channels.ReadableByteChannel
 
-/** Reads whole frames from a blocking channel; used by one thread. What a receiver sends is small, so bodies are copied. */
+/**
+ * Reads whole frames from a blocking channel; used by one thread. What a receiver sends is small, so bodies are copied.
+ */
 internal class FrameReader(private val source: ReadableByteChannel) {
+    /** The greatest MESSAGE of the connection; 0 if the session does not know the kinds of openings. */
+    @Volatile
+    var maxMessageBytes: Int = 0
+
     private val header = ByteBuffer.allocateDirect(FrameHeader.BYTES)
 
     /** The number of skipped frames of unknown kinds. */
@@ -23,8 +29,8 @@ internal class FrameReader(private val source: ReadableByteChannel) {
         while (true) {
             header.clear()
             if (!fill(header, endAllowed = true)) return null
-            val parsed = FrameHeader.read(header.flip())
-            val kind = parsed.kind
+            val parsed = FrameHeader.read(header.flip(), ::maxLength)
+            val kind = known(parsed.kind)
             if (kind != null && kind != FrameKind.ERROR && kind !in allowed) {
                 throw ProtocolException(ErrorCode.UNEXPECTED, "expected one of $allowed, found $kind")
             }
@@ -32,6 +38,13 @@ internal class FrameReader(private val source: ReadableByteChannel) {
             if (kind != null) return Frame(kind, parsed, body)
             skipped++
         }
+    }
+
+    private fun known(kind: FrameKind?) = kind?.takeIf { maxMessageBytes > 0 || !it.isOfOpenings }
+
+    private fun maxLength(kind: FrameKind?): Int {
+        val known = known(kind)
+        return if (known == FrameKind.MESSAGE) maxMessageBytes else FrameKind.maxLength(known)
     }
 
     private fun readBody(length: Int): ByteArray {

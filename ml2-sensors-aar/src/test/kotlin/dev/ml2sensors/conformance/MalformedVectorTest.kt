@@ -2,6 +2,7 @@ package dev.ml2sensors.conformance
 
 import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.session.AppOpenings
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.Session
@@ -17,6 +18,7 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.Hello
+import dev.ml2sensors.wire.Open
 import dev.ml2sensors.wire.ProtocolException
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
@@ -31,6 +33,8 @@ import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
+import kotlinx.serialization.json.Json
+import kotlinx.serialization.json.decodeFromJsonElement
 import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterAll
@@ -75,6 +79,8 @@ class MalformedVectorTest {
     }
 }
 
+private val OPENINGS = VectorHost.OPENINGS.map { Json.decodeFromJsonElement<Open>(it) }
+
 /** One instance of an app, which serves one session at a time. */
 private class App(private val scope: CoroutineScope) {
     private val headset = BatteryHeadset()
@@ -82,17 +88,19 @@ private class App(private val scope: CoroutineScope) {
     private val streams = ActiveStreams(headset, hostClock, scope)
 
     fun check(vector: Vector) {
-        for (sent in vector.attempts()) withSession { host, session -> checkAttempt(host, session, vector, sent) }
-        withSession { host, _ ->
+        for (sent in vector.attempts()) {
+            withSession(vector.hasOpenings) { host, session -> checkAttempt(host, session, vector, sent) }
+        }
+        withSession(ros = false) { host, _ ->
             host.reach("streaming", "control")
             checkLife(host)
         }
     }
 
     /** Runs [check] while a session connects to the host, and ends both; lanes belong to one session at a time. */
-    private fun withSession(check: (VectorHost, Deferred<Throwable?>) -> Unit) {
+    private fun withSession(ros: Boolean, check: (VectorHost, Deferred<Throwable?>) -> Unit) {
         VectorHost().use { host ->
-            val session = startSession(host)
+            val session = startSession(host, ros)
             try {
                 check(host, session)
             } finally {
@@ -104,7 +112,7 @@ private class App(private val scope: CoroutineScope) {
 
     private fun checkAttempt(host: VectorHost, session: Deferred<Throwable?>, vector: Vector, sent: ByteArray) {
         val lane = vector.text("lane")
-        host.reach(vector.text("given"), lane)
+        host.reach(vector.text("given"), lane, vector.hasOpenings)
         host.answersTime = lane != "time"
         host.play(lane, sent)
         if (sent.size < vector.bytes.size) host.shutdownOutput(lane)
@@ -122,6 +130,12 @@ private class App(private val scope: CoroutineScope) {
             "closed" in expect -> {
                 assertIs<IOException>(failureOf(session))
                 host.await(HostFrame.END)
+            }
+
+            "failure" in expect -> {
+                val failure = host.await(HostFrame.FAILURE).json.getValue("code")
+                assertEquals(expect.getValue("failure"), failure)
+                checkIsRead(host, lane)
             }
 
             lane == "control" -> checkLife(host)
@@ -142,7 +156,7 @@ private class App(private val scope: CoroutineScope) {
         assertEquals("unexpected", host.await(HostFrame.ERROR).json.getValue("code").jsonPrimitive.content)
     }
 
-    private fun startSession(host: VectorHost): Deferred<Throwable?> {
+    private fun startSession(host: VectorHost, ros: Boolean): Deferred<Throwable?> {
         val session =
             Session(
                 ReceiverAddress("127.0.0.1", host.port),
@@ -150,8 +164,9 @@ private class App(private val scope: CoroutineScope) {
                 headset.clock,
                 hostClock,
                 streams,
+                app = if (ros) AppOpenings(OPENINGS) {} else null,
             )
-        val capabilities = Hello.Capabilities(streams.capabilities)
+        val capabilities = Hello.Capabilities(streams.capabilities, ros)
         val hello = Hello(listOf(1), "device", "instance", "Conformance", "conformance", capabilities, emptyMap())
         return scope.async { runCatching { session.run(hello, CompletableDeferred()) {} }.exceptionOrNull() }
     }
@@ -161,6 +176,8 @@ private class App(private val scope: CoroutineScope) {
 }
 
 private fun Vector.text(key: String): String = case.getValue(key).jsonPrimitive.content
+
+private val Vector.hasOpenings get() = "ros" in case || text("given").startsWith("open")
 
 private fun Vector.attempts(): List<ByteArray> =
     if ("cut" in case) (1 until bytes.size).map { bytes.copyOf(it) } else listOf(bytes)

@@ -20,6 +20,9 @@ internal class Vector(val name: String, val case: JsonObject, val bytes: ByteArr
         private val ROOT = Path.of("../tests/conformance/vectors")
         private val sentFrames by lazy { SentFrames(read(ROOT.resolve("valid/bodies.json")), kinds()) }
 
+        /** The well-formed body of this key. */
+        fun validBody(key: String): JsonObject = read(ROOT.resolve("valid/bodies.json")).getValue(key).jsonObject
+
         fun load(folder: String, name: String): Vector = loadAll(folder).single { it.name == name }
 
         /** All cases of a folder, in the order of their names. */

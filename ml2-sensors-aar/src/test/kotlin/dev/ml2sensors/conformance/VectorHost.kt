@@ -30,13 +30,15 @@ internal class VectorHost : Closeable {
     var answersTime = true
 
     /** Takes the session to the state [given] of the README; in `connected` it waits for an answer on [lane]. */
-    fun reach(given: String, lane: String) {
+    fun reach(given: String, lane: String, ros: Boolean = false) {
         if (accept("control", given, lane)) return
-        play("control", Vector.load("wire", "Welcome").bytes)
-        for (name in listOf("time", "sensors")) {
+        play("control", Vector.load("wire", if (ros) "WelcomeRos" else "Welcome").bytes)
+        for (name in listOf("time", "sensors") + if (ros) listOf("ros") else emptyList()) {
             if (accept(name, given, lane)) return
             play(name, joined(name))
         }
+        // The device opens at once; await() would drop what comes before another kind.
+        if (given == "opening" || given == "opened") repeat(OPENINGS.size) { await(HostFrame.OPEN) }
         if (given == "joined") return
         play("control", Vector.load("wire", "Configure").bytes)
         if (accept("world_left", given, lane)) return
@@ -45,6 +47,10 @@ internal class VectorHost : Closeable {
         if (given == "configured") return
         play("control", Vector.load("wire", "Start").bytes)
         await(HostFrame.DATA)
+        if (given != "opened") return
+        for (body in OPENED) play("control", HostFrame.bytes(HostFrame.OPENED, body.toString().toByteArray()))
+        accept("bulk_1", given, lane)
+        play("bulk_1", joined("bulk_1"))
     }
 
     private fun accept(name: String, given: String, lane: String): Boolean {
@@ -68,12 +74,14 @@ internal class VectorHost : Closeable {
     /** The next frame of [kind] on any lane; or, for [HostFrame.END], the end of control. */
     fun await(kind: Int): HostFrame {
         val end = System.nanoTime() + TEST_LIMIT.inWholeNanoseconds
+        var error = ""
         while (true) {
             val next = received.poll(end - System.nanoTime(), TimeUnit.NANOSECONDS)
             assertNotNull(next, "kind $kind did not come within $TEST_LIMIT")
             val isOver = next.kind == HostFrame.END && next.lane == "control"
             if (if (kind == HostFrame.END) isOver else next.kind == kind) return next
-            assertFalse(isOver, "control ended before kind $kind came")
+            if (next.kind == HostFrame.ERROR) error = ": ${next.json}"
+            assertFalse(isOver, "control ended before kind $kind came$error")
         }
     }
 
@@ -96,6 +104,12 @@ internal class VectorHost : Closeable {
     }
 
     companion object {
+        private val USES = listOf("", " bulk", " client", " service", " transform", " refused")
+
+        /** What the app opens, and the answers; the last one is refused. */
+        val OPENINGS = USES.map { Vector.validBody("OPEN$it") }
+        private val OPENED = USES.map { Vector.validBody("OPENED$it") }
+
         /** Only ends a test that hangs: on a busy machine, the first sessions have taken 35 s. */
         private const val BACKLOG = 16
         private const val TIMES_BYTES = 24

@@ -7,17 +7,23 @@ import dev.ml2sensors.conformance.CdrVector
 import dev.ml2sensors.conformance.MESSAGE_SERIALIZERS
 import dev.ml2sensors.conformance.Vector
 import dev.ml2sensors.pairing.PairingUri
+import dev.ml2sensors.session.Openings
 import dev.ml2sensors.wire.Bye
+import dev.ml2sensors.wire.Closed
 import dev.ml2sensors.wire.Configure
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorBody
+import dev.ml2sensors.wire.Failure
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.FrameReader
 import dev.ml2sensors.wire.Joined
 import dev.ml2sensors.wire.LinkTestBody
+import dev.ml2sensors.wire.Open
+import dev.ml2sensors.wire.Opened
 import dev.ml2sensors.wire.PairChallenge
 import dev.ml2sensors.wire.Paired
 import dev.ml2sensors.wire.ProtocolException
+import dev.ml2sensors.wire.RosLanes
 import dev.ml2sensors.wire.Start
 import dev.ml2sensors.wire.TimeBodies
 import dev.ml2sensors.wire.Welcome
@@ -39,6 +45,7 @@ internal enum class FuzzTarget {
 
         override fun read(data: ByteArray) {
             val reader = FrameReader(Channels.newChannel(data.inputStream()))
+            reader.maxMessageBytes = FrameKind.MESSAGE.maxLength
             try {
                 while (true) {
                     val frame = reader.next(FrameKind.entries.toSet()) ?: break
@@ -62,6 +69,41 @@ internal enum class FuzzTarget {
             body<LinkTestBody>(data)
             body<ErrorBody>(data)
             body<Bye>(data)
+            body<Opened>(data)
+            body<Closed>(data)
+            body<Failure>(data)
+        }
+    },
+
+    /** Frames that the app is sent in the openings 1 to 4; the first byte chooses the lane. */
+    OPENINGS {
+        private val kinds = listOf(Open.SUBSCRIPTION, Open.SUBSCRIPTION, Open.CLIENT, Open.SERVICE, Open.TRANSFORM)
+
+        override fun seeds() = Vector.loadAll("wire").filter { "ros" in it.case }.flatMap { case ->
+            (0..1).map { byteArrayOf(it.toByte()) + case.bytes + case.bytes }
+        }
+
+        override fun read(data: ByteArray) {
+            if (data.isEmpty()) return
+            val lane = RosLanes.ALL[data[0].toUByte().toInt() % 2]
+            var counted = 0L
+            val openings = Openings { counted++ }
+            kinds.forEachIndexed { index, kind -> openings.asks(Open(index + 1, kind)) }
+            openings.asks(3, 7)
+            val reader = FrameReader(Channels.newChannel(data.inputStream(1, data.size - 1)))
+            reader.maxMessageBytes = RosLanes.maxMessageBytes(lane)
+            try {
+                var frames = 0L
+                while (true) {
+                    val frame = reader.next(FrameKind.entries.toSet()) ?: break
+                    if (frame.kind == FrameKind.ERROR) continue
+                    frames++
+                    if (openings.received(lane, frame) != null) counted++
+                    assertEquals(frames, counted + openings.late)
+                }
+            } catch (_: ProtocolException) {
+            } catch (_: EOFException) {
+            }
         }
     },
 

@@ -42,6 +42,9 @@ internal class HostFrame(
         const val ERROR = 51
         const val BYE = 52
         const val EVENT = 53
+        const val OPEN = 96
+        const val OPENED = 97
+        const val FAILURE = 132
 
         /** In place of a kind: the connection has ended. */
         const val END = -1
@@ -66,7 +69,7 @@ internal class HostFrame(
             }
             val channel = header.getShort(6).toInt() and 0xFFFF
             val sequence = header.getInt(8).toLong() and 0xFFFF_FFFF
-            return HostFrame(lane, header.get(3).toInt(), channel, sequence, header.getLong(16), body)
+            return HostFrame(lane, header.get(3).toUByte().toInt(), channel, sequence, header.getLong(16), body)
         }
 
         fun bytes(kind: Int, body: ByteArray = ByteArray(0)): ByteArray =

@@ -36,13 +36,14 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
         version: Int = 1,
         lanes: List<String> = listOf("time", "sensors", "link_test") + StreamTable.all.map { it.id },
         timeouts: String = """{"handshake_s": 5, "ping_s": 1, "dead_s": 20}""",
+        more: String = "",
     ) {
         val tickets = lanes.joinToString { """"$it": "${ticket(it)}"""" }
         val counts = received?.entries?.joinToString(prefix = "{", postfix = "}") { """"${it.key}": ${it.value}""" }
         write(
             HostFrame.WELCOME,
             """{"version": $version, "session": "$SESSION", "name": "scripted", "software": "test", "later": [null],
-                "tickets": {$tickets}, "received": $counts, "limits": {"data_bytes": 16777216}, "timeouts": $timeouts}""",
+                "tickets": {$tickets}, "received": $counts, "limits": {"data_bytes": 16777216}, "timeouts": $timeouts $more}""",
         )
     }
 

@@ -32,10 +32,11 @@ internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSo
     fun run(
         receiver: ReceiverAddress = host.address,
         security: TransportSecurity = TransportSecurity.Insecure(),
+        app: AppOpenings? = null,
         resolve: (String) -> List<InetAddress> = ::addressesOf,
     ): Deferred<Throwable?> {
-        val session = Session(receiver, security, DeviceClock(System::nanoTime), clock, streams, resolve)
-        val capabilities = Hello.Capabilities(streams.capabilities)
+        val session = Session(receiver, security, DeviceClock(System::nanoTime), clock, streams, resolve, app)
+        val capabilities = Hello.Capabilities(streams.capabilities, ros = app != null)
         val hello = Hello(listOf(1), "device", "instance", "Größe", "test", capabilities, mapOf("camera" to true))
         return scope.async {
             runCatching { session.run(hello, stop) { streams.call("welcome $it") } }.exceptionOrNull()

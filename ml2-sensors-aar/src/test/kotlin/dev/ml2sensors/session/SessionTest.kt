@@ -2,6 +2,7 @@ package dev.ml2sensors.session
 
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.wire.ErrorCode
+import dev.ml2sensors.wire.Open
 import dev.ml2sensors.wire.ProtocolException
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.serialization.json.JsonObject
@@ -114,6 +115,30 @@ class SessionTest {
             assertEquals(ErrorCode.UNEXPECTED, assertIs<ProtocolException>(fixture.outcome(outcome)).code)
             fixture.streams.calls.value = emptyList()
         }
+    }
+
+    @Test
+    fun aReceiverWithoutOpeningsIsAskedForNoneAndItsLaterKindsAreSkipped() {
+        fixture.run(app = AppOpenings(listOf(Open(1, Open.SUBSCRIPTION, "/scan", "sensor_msgs/msg/LaserScan"))) {})
+        assertSkipsOpenings(fixture.started())
+    }
+
+    @Test
+    fun anAppWithoutOpeningsIgnoresThoseOfTheReceiver() {
+        fixture.run()
+        val session = host.awaitHello()
+        val uses = listOf("subscribe", "publish", "call", "offer").joinToString { "\"$it\": true" }
+        session.welcome(more = ", \"ros\": {$uses}")
+        session.configure(1, "{}")
+        assertSkipsOpenings(session)
+    }
+
+    private fun assertSkipsOpenings(session: HostSession) {
+        session.write(HostFrame.OPENED, "not even JSON")
+        session.write(HostFrame.PING)
+        session.await(HostFrame.PONG)
+        assertEquals(emptyList(), session.frames(HostFrame.OPEN))
+        assertEquals(setOf("time", "sensors"), session.frames(HostFrame.JOIN).map { it.lane }.toSet())
     }
 
     @Test

@@ -69,7 +69,8 @@ class FrameHeaderTest {
             1 to 64 * kib, 2 to 64 * kib, 3 to 4 * kib, 4 to 4 * kib, 5 to 64 * kib, 6 to 64 * kib, 7 to 4 * kib,
             8 to 4 * kib, 9 to 4 * kib, 16 to 16 * kib * kib, 32 to 8, 33 to 24, 40 to 4 * kib, 41 to 64 * kib,
             48 to 64 * kib, 49 to 0, 50 to 0, 51 to 4 * kib, 52 to 4 * kib, 53 to 4 * kib,
-            60 to 4 * kib, 61 to 16 * kib, 62 to 4 * kib,
+            60 to 4 * kib, 61 to 16 * kib, 62 to 4 * kib, 96 to 4 * kib, 97 to 4 * kib, 98 to 4 * kib, 99 to 4 * kib,
+            112 to 0, 128 to 16 * kib * kib, 129 to 64, 130 to 64 * kib, 131 to 64 * kib, 132 to 4 * kib,
         )
         assertEquals(bounds, FrameKind.entries.associate { it.code to it.maxLength })
         for (code in 0..255) {

@@ -1,0 +1,116 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.wire.Closed
+import dev.ml2sensors.wire.ErrorCode
+import dev.ml2sensors.wire.Frame
+import dev.ml2sensors.wire.FrameHeader
+import dev.ml2sensors.wire.FrameKind
+import dev.ml2sensors.wire.Open
+import dev.ml2sensors.wire.Opened
+import dev.ml2sensors.wire.ProtocolException
+import org.junit.jupiter.api.Test
+import kotlin.random.Random
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertNull
+
+/** What the vectors of malformed frames do not show: numbers that wrap, limits together, and order between lanes. */
+class OpeningsTest {
+    private val delivered = ArrayList<Frame>()
+    private val openings = Openings(delivered::add)
+
+    init {
+        val kinds = listOf(Open.SUBSCRIPTION, Open.SUBSCRIPTION, Open.CLIENT, Open.SERVICE)
+        kinds.forEachIndexed { index, kind -> openings.asks(Open(index + 1, kind)) }
+    }
+
+    @Test
+    fun aFrameBeforeOpenedDecidesOnTheLane() {
+        openings.received("ros", frame(FrameKind.MESSAGE, SMALL, 0))
+        assertRefused { openings.opened(Opened(SMALL, "opened", lane = "bulk_1")) }
+        assertRefused { openings.opened(Opened(SMALL, "refused", reason = "no")) }
+        assertRefused { openings.received("bulk_1", frame(FrameKind.MESSAGE, SMALL, 1)) }
+        openings.opened(Opened(SMALL, "opened", lane = "ros"))
+        assertEquals(1, delivered.size)
+    }
+
+    @Test
+    fun messagesThatAreTakenMakeRoomForOthers() {
+        for (number in listOf(-1, 0)) openings.received("bulk_1", frame(FrameKind.MESSAGE, LARGE, number))
+        assertRefused { openings.received("bulk_1", frame(FrameKind.MESSAGE, LARGE, 1)) }
+        openings.taken(LARGE, -1)
+        openings.received("bulk_1", frame(FrameKind.MESSAGE, LARGE, 2))
+        assertRefused { openings.received("bulk_1", frame(FrameKind.MESSAGE, LARGE, 3)) }
+        openings.taken(LARGE, 2)
+        for (number in 4..5) openings.received("bulk_1", frame(FrameKind.MESSAGE, LARGE, number))
+        assertEquals(listOf(-1, 0, 2, 4, 5), delivered.map { it.header.sequence })
+    }
+
+    @Test
+    fun messagesOf128MebibytesTogetherAreUnderWayAtMost() {
+        val body = PAYLOAD.copyOf(FrameKind.MESSAGE.maxLength)
+        for (id in 10..14) openings.asks(Open(id, Open.SUBSCRIPTION))
+        for (number in 0..7) openings.received("bulk_1", frame(FrameKind.MESSAGE, 10 + number / 2, number, body))
+        assertRefused { openings.received("bulk_1", frame(FrameKind.MESSAGE, 14, 0)) }
+    }
+
+    @Test
+    fun sixtyFourRequestsOfAllServicesAreUnderWayAtMost() {
+        for (id in 10..13) openings.asks(Open(id, Open.SERVICE))
+        val services = listOf(SERVICE) + (10..13)
+        val answers = services.flatMap { id ->
+            (0..15).map { openings.received("ros", frame(FrameKind.REQUEST, id, it)) }
+        }
+        assertEquals(List(64) { null } + List(16) { "busy" }, answers.map { it?.code })
+        openings.answered(SERVICE, 3)
+        assertNull(openings.received("ros", frame(FrameKind.REQUEST, 13, 99)))
+    }
+
+    @Test
+    fun aRequestIsAnsweredOnce() {
+        for (number in listOf(-1, 1)) openings.asks(CLIENT, number)
+        repeat(2) { openings.received("ros", frame(FrameKind.RESPONSE, CLIENT, -1)) }
+        openings.received("ros", frame(FrameKind.RESPONSE, CLIENT, 0)) // a gap in the numbers
+        assertEquals(1, delivered.size)
+        assertEquals(2, openings.late)
+        assertRefused { openings.received("ros", frame(FrameKind.RESPONSE, CLIENT, 2)) }
+    }
+
+    @Test
+    fun eachFrameIsDeliveredCountedAnsweredOrRefused() {
+        for (id in 1..4) openings.opened(Opened(id, "opened", lane = if (id == LARGE) "bulk_1" else "ros"))
+        openings.closed(Closed(SMALL, "the rules have changed"))
+        val random = Random(7)
+        val kinds = listOf(FrameKind.MESSAGE, FrameKind.POSE, FrameKind.REQUEST, FrameKind.RESPONSE)
+        val outcomes = List(20_000) { number ->
+            if (number % 5 == 0) openings.asks(CLIENT, number)
+            if (number % 2 == 0) openings.taken(LARGE, number)
+            val before = delivered.size + openings.late
+            val body = if (random.nextInt(9) == 0) byteArrayOf(1) else PAYLOAD
+            val drawn = frame(kinds.random(random), random.nextInt(6), number - random.nextInt(4), body)
+            val outcome = try {
+                openings.received(listOf("ros", "bulk_1").random(random), drawn)?.code ?: "counted"
+            } catch (e: ProtocolException) {
+                e.code.wireName
+            }
+            assertEquals(if (outcome == "counted") 1 else 0, delivered.size + openings.late - before, outcome)
+            outcome
+        }
+        assertEquals(setOf("counted", "busy", "unexpected", "malformed"), outcomes.toSet())
+    }
+
+    private fun frame(kind: FrameKind, id: Int, number: Int, body: ByteArray = PAYLOAD) =
+        Frame(kind, FrameHeader(kind.code, body.size, id, number, captureNanos = 1), body)
+
+    private fun assertRefused(block: () -> Unit) {
+        assertEquals(ErrorCode.UNEXPECTED, assertFailsWith<ProtocolException> { block() }.code)
+    }
+
+    private companion object {
+        const val SMALL = 1
+        const val LARGE = 2
+        const val CLIENT = 3
+        const val SERVICE = 4
+        val PAYLOAD = byteArrayOf(0, 1, 0, 0, 0)
+    }
+}
