@@ -144,8 +144,9 @@ internal class NsdBrowser(
                 val address = if (isStuck) lastKnown[name] else resolution?.address?.await()
                 if (address != null) lastKnown[name] = address
                 found = if (address == null) found - name else found + (name to address)
+                if (isStuck) replace(manager) // before the collector may end the search
                 emit(found)
-                if (isStuck) return replace(manager)
+                if (isStuck) return
             }
         } finally {
             try {
