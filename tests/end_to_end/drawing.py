@@ -33,7 +33,7 @@ _OPENED_S = 1.0
 
 
 def note(config: Path, options: Sequence[str]) -> Path | None:
-    """Returns the file that exists once the images of a run are drawn; None if none are simulated.
+    """Returns the file that exists once a run's images are drawn; None if it simulates none.
 
     Args:
         options: of ml2-headset.
@@ -45,6 +45,8 @@ def note(config: Path, options: Sequence[str]) -> Path | None:
         for stream, values in load_config(config).requests.items()
         if "format" in values
     }
+    if not cameras:
+        return None
     text = json.dumps([cameras, _lasting(options)], sort_keys=True)
     return _CACHE / f"drawn-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 

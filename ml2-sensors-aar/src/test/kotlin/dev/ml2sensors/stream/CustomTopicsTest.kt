@@ -92,11 +92,12 @@ class CustomTopicsTest {
         publisher.publishOnceOpen(1, fixture.now)
         session.configure(2, "{}")
         session.await(HostFrame.CHANNEL_END)
-        assertFalse(publisher.publish(ByteBuffer.wrap(message(0)), fixture.now))
+        var accepted = 1
+        eventually { !publisher.publish(ByteBuffer.wrap(message(0)), fixture.now).also { if (it) accepted++ } }
         session.configure(3, CUSTOM)
         session.start(3)
         publisher.publishOnceOpen(2, fixture.now)
-        assertContentEquals(message(2), session.awaitData("custom/temperature", 2)[1].body)
+        assertContentEquals(message(2), session.awaitData("custom/temperature", accepted + 1)[accepted].body)
         fixture.finish(session)
     }
 
