@@ -22,7 +22,7 @@ HELLO, CONFIGURE, CONFIGURED = (VALID[it] for it in ("HELLO", "CONFIGURE", "CONF
 CHANNELS = [
     VALID[it] for it in ("CHANNEL", "CHANNEL image", "CHANNEL camera_info", "CHANNEL metadata")
 ]
-# What an app opens in the state `opened`; the receiver refuses the last one.
+# The openings of an app in the state `opened`; the receiver refuses the last one.
 _USES = ("", " bulk", " client", " service", " transform", " refused")
 OPENINGS = [VALID[f"OPEN{it}"] for it in _USES]
 STRING_PAYLOAD = joined(VALID["DATA"])

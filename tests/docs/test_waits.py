@@ -13,7 +13,7 @@ _KOTLIN_WAIT = re.compile(
     r"|\brunBlocking\b(?= *[({])|\blazy\b(?= *(?:\{|\((?!LazyThreadSafetyMode)))"
     r"|\bcall\.get\b|Thread\.sleep"
 )
-# What has parameters with types is a definition.
+# Parameters with types make a definition.
 _C_WAIT = re.compile(
     r"\b(?:nanosleep|await_another_thread|usleep|sleep_\w+|sem_wait|pthread_\w+|(?:xr_)?turn_take\w*|xr_take_turn)"
     r"\b(?=\((?!void|turn_t))|\block\((?!lock_t)[^)]+\)"

@@ -9,7 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import rclpy
 from playwright.sync_api import Browser, Page, ViewportSize
+from rclpy.context import Context
+from rclpy.node import Node
 
 from processes import (
     RECEIVER,
@@ -48,6 +51,17 @@ class Lab:
     @property
     def origin(self) -> str:
         return self.address.partition("/#")[0]
+
+    @contextlib.contextmanager
+    def node(self, name: str) -> Iterator[Node]:
+        """Another program's node in the ROS domain of the processes."""
+        with contextlib.ExitStack() as stack:
+            context = Context()
+            rclpy.init(context=context, domain_id=int(self.environment["ROS_DOMAIN_ID"]))
+            stack.callback(context.shutdown)
+            node = rclpy.create_node(name, context=context)
+            stack.callback(node.destroy_node)
+            yield node
 
 
 def new_page(browser: Browser, color_scheme: Literal["dark", "light"] | None = None) -> Page:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import json
 import re
-from contextlib import ExitStack
 
 import pytest
-import rclpy
 from geometry_msgs.msg import TransformStamped
 from playwright.sync_api import Browser, Locator, Page, WebSocket, expect
-from rclpy.context import Context
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from tf2_msgs.msg import TFMessage
 
@@ -59,12 +56,7 @@ def test_a_frame_that_another_program_attaches_to_the_world_is_shown(
 ) -> None:
     robot = TransformStamped()
     robot.header.frame_id, robot.child_frame_id = "magicleap_world", "robot_base_link"
-    with ExitStack() as stack:
-        context = Context()
-        rclpy.init(context=context, domain_id=int(lab.environment["ROS_DOMAIN_ID"]))
-        stack.callback(context.shutdown)
-        node = rclpy.create_node("robot", context=context)
-        stack.callback(node.destroy_node)
+    with lab.node("robot") as node:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         publisher = node.create_publisher(TFMessage, "/tf_static", latched)
         publisher.publish(TFMessage(transforms=[robot]))

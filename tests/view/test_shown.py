@@ -1,4 +1,4 @@
-"""What the page makes of messages that a test has chosen."""
+"""The page shows messages that a test has chosen."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_losses_are_those_of_the_last_10_s_until_all_are_asked_for(
 
     losses = page.locator("#losses")
     rate = page.locator("[data-stream=world_left] figcaption p").first
-    # What was lost before the page saw a topic is not recent.
+    # Messages lost before the page saw their topic are not recent losses.
     report(1, 4, 300)
     expect(losses.locator("summary")).to_have_text("lost in the last 10 s: 4 messages of 1 topic")
     report(11, 6, 301)

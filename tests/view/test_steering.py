@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import re
 import subprocess
-from contextlib import ExitStack
 
 import pytest
-import rclpy
 from playwright.sync_api import Locator, Page, expect
-from rclpy.context import Context
 from rosbags.highlevel import AnyReader
 
 from images import await_images, keep_screens
@@ -158,12 +155,7 @@ def test_a_recording_of_the_page_is_a_bag(page: Page, lab: Lab) -> None:
 
 def test_products_are_made_until_they_are_switched_off(page: Page, lab: Lab) -> None:
     button, topic = page.locator("#products"), "/magic_leap2/depth/points"
-    with ExitStack() as stack:
-        context = Context()
-        rclpy.init(context=context, domain_id=int(lab.environment["ROS_DOMAIN_ID"]))
-        stack.callback(context.shutdown)
-        node = rclpy.create_node("looks_for_products", context=context)
-        stack.callback(node.destroy_node)
+    with lab.node("looks_for_products") as node:
         button.click()
         expect(button).to_have_text("Stop products")
         await_true(lambda: node.count_publishers(topic) == 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..bags.decoding import decoder
-from ..geometry.lens import Floats
+from ..geometry.lens import Floats, Lens
+from ..geometry.pose import Pose
 from ..images.pixels import pixels_of
 from ..products.points import colours_of, points_of
 from .newest_image import Newest, NewestImage, framed
@@ -78,39 +79,51 @@ def points_in_world(scene: Scene, depth: Newest, color: Newest, most: float) -> 
     Args:
         most: how many of its pixels are taken at most.
     """
-    _, type, payload = depth
-    lens = scene.lens(_DEPTH)
-    if not type or lens is None:
+    image = _placed(scene, _DEPTH, depth, channels=())
+    if image is None:
         return None
-    try:
-        message = decoder(type)(payload)
-        pose = scene.pose_at(_DEPTH, header_stamp_ns(message.header))
-        if pose is None:
-            return None
-        step = math.ceil(math.sqrt(max(1, lens.height * lens.width / most)))
-        points = points_of(pixels_of(message), lens, step)
-    except ValueError:
-        return None
-    flat = points.reshape(-1, 3)
+    step = math.ceil(math.sqrt(max(1, image.lens.height * image.lens.width / most)))
+    flat = points_of(image.pixels, image.lens, step).reshape(-1, 3)
     is_known = np.isfinite(flat).all(axis=1)
+    pose = image.pose
     places = np.asarray(flat[is_known] @ pose[:3, :3].T + pose[:3, 3], "<f4")
     return Points(places, _colours(scene, color, places))
 
 
-def _colours(scene: Scene, color: Newest, places: Floats) -> NDArray[np.uint8] | None:
-    _, type, payload = color
-    lens = scene.lens(_COLOR)
+class _Placed(NamedTuple):
+    """An image, its lens, and the pose of its camera in the world frame as a 4 x 4 matrix."""
+
+    pixels: NDArray[Any]
+    lens: Lens
+    pose: Pose
+
+
+def _placed(scene: Scene, key: str, newest: Newest, channels: tuple[int, ...]) -> _Placed | None:
+    """Returns the newest image of the camera `key`.
+
+    Returns None without its pose or its lens, or if its pixels are not height x width x `channels`.
+    """
+    _, type, payload = newest
+    lens = scene.lens(key)
     if not type or lens is None:
         return None
     try:
         message = decoder(type)(payload)
-        pose = scene.pose_at(_COLOR, header_stamp_ns(message.header))
+        pose = scene.pose_at(key, header_stamp_ns(message.header))
         pixels = pixels_of(message)
-        if pose is None or pixels.ndim != 3:
-            return None
-        packed = colours_of(places[np.newaxis], np.linalg.inv(pose), lens, pixels).ravel()
     except ValueError:
         return None
+    if pose is None or pixels.shape != (lens.height, lens.width, *channels):
+        return None
+    return _Placed(pixels, lens, pose)
+
+
+def _colours(scene: Scene, color: Newest, places: Floats) -> NDArray[np.uint8] | None:
+    image = _placed(scene, _COLOR, color, channels=(3,))
+    if image is None:
+        return None
+    inverse = np.linalg.inv(image.pose)
+    packed = colours_of(places[np.newaxis], inverse, image.lens, image.pixels).ravel()
     packed[packed == 0] = _UNSEEN
     return np.ascontiguousarray(packed.astype(">u4").view(np.uint8).reshape(-1, 4)[:, 1:])
 
