@@ -139,7 +139,7 @@ def test_view_finds_every_message_at_its_time(folder: Path) -> None:
     assert [it.payload for it in bag.after(0) if it.topic == IMU] == payloads(IMU)
     assert (bag.begin_ns, bag.end_ns) == (ROWS[0].time_ns, max(it.time_ns for it in ROWS))
     page = RecordedSource(folder)
-    assert page.offer.length_s == (bag.end_ns - bag.begin_ns) / 1e9
+    assert page.allowed.length_s == (bag.end_ns - bag.begin_ns) / 1e9
     assert (page.left_out, page.apart) == (bag.left_out, [])
     middle_ns = ROWS[len(ROWS) // 2].time_ns
     for topic in (IMU, IMAGES, METADATA):

@@ -154,7 +154,7 @@ def test_distances_beyond_all_rooms_are_shown() -> None:
     with serving(rows) as page, page.browser() as browser:
         browser.say(show=["depth", "full depth"])
         data = floats(3.3e38, -3.3e38, math.inf, math.nan)
-        page.source.bring(topic, plain(2, 2, "32FC1", 8, data), feeds=2)
+        page.source.bring(topic, plain(2, 2, "32FC1", 8, data), count=2)
         assert {browser.picture().stream for _ in range(2)} == {"depth", "full depth"}
 
 
@@ -205,7 +205,7 @@ def test_a_topic_of_another_type_is_named_and_not_read(page: Page) -> None:
         browser.say(show=["world_left", "world_right"])
         page.source.bring(WORLD, bag_scene.image(1))
         browser.picture()
-        assert [it.topic for it in page.source.feeds if "world_right" in it.topic] == []
+        assert [it.topic for it in page.source.subscriptions if "world_right" in it.topic] == []
     (warning,) = strict(page.view.state[1])["warnings"]
     assert warning["row"] == "/magic_leap2/world_right/image_raw"
     assert warning["text"] == f"expected {IMAGE}, found a/msg/B"

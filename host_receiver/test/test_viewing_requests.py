@@ -9,13 +9,12 @@ from typing import Any
 import pytest
 
 from ml2_receiver.table.reader import load_table
-from ml2_tools.viewing.controls import SERVICES, controls
 from ml2_tools.viewing.page_files import page_files
 from ml2_tools.viewing.products_beside import PRODUCTS
 from ml2_tools.viewing.requests import (
+    AllowedRequests,
     Call,
     Change,
-    Offer,
     Pair,
     Pixel,
     Play,
@@ -27,11 +26,13 @@ from ml2_tools.viewing.requests import (
     Speed,
     parse_request,
 )
+from ml2_tools.viewing.section_forms import SERVICES, section_forms
 from ml2_tools.viewing.state import image_streams
 
 STREAMS = ("color", "world_left")
-CONTROLS = controls(with_eyes=False)
-LIVE, RECORDED = Offer(CONTROLS, SERVICES, has_pairing=True), Offer(length_s=20.5)
+FORMS = section_forms(with_eyes=False)
+LIVE = AllowedRequests(FORMS, SERVICES, has_pairing=True)
+RECORDED = AllowedRequests(length_s=20.5)
 
 
 def test_requests_are_read() -> None:
@@ -145,14 +146,14 @@ def test_other_requests_are_refused(message: str | bytes) -> None:
         parse_request(message, STREAMS, LIVE)
 
 
-def test_each_mode_of_a_control_may_be_asked_for() -> None:
+def test_each_mode_of_a_form_may_be_asked_for() -> None:
     asked = [
-        (control, {"stream": stream, "mode": mode})
-        for control in controls(with_eyes=True).values()
-        for stream, mode in control.modes
+        (form, {"stream": stream, "mode": mode})
+        for form in section_forms(with_eyes=True).values()
+        for stream, mode in form.modes
     ]
     assert len(asked) > 40
-    assert all(control.takes(values) for control, values in asked)
+    assert all(form.takes(values) for form, values in asked)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +173,7 @@ def test_quality_and_link_may_be_asked_for(section: str, values: dict[str, int |
 
 def test_eye_cameras_are_steered_on_request_only() -> None:
     eyes = {"eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right"}
-    assert controls(with_eyes=True).keys() - CONTROLS.keys() == eyes
+    assert section_forms(with_eyes=True).keys() - FORMS.keys() == eyes
 
 
 def test_the_buttons_of_the_page_are_the_services() -> None:

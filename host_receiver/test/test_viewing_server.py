@@ -21,13 +21,13 @@ from websockets.typing import Origin
 
 from ml2_receiver.transport.listener import listen
 from ml2_tools.viewing.access import Token
-from ml2_tools.viewing.controls import controls
 from ml2_tools.viewing.live_source import LiveSource
 from ml2_tools.viewing.page_files import HEADERS, page_files
 from ml2_tools.viewing.pairing import PagePairing
 from ml2_tools.viewing.products_beside import ProductsBeside
+from ml2_tools.viewing.receiver_backend import ReceiverBackend
+from ml2_tools.viewing.section_forms import section_forms
 from ml2_tools.viewing.server import WRONG_TOKEN, ViewServer
-from ml2_tools.viewing.steering import Steering
 from ml2_tools.viewing.view import View
 from waiting import LIMIT_S
 
@@ -50,12 +50,12 @@ def url(ros_of_children: None) -> Iterator[str]:
     view = View(source, "", with_eyes=False)
     pairing = PagePairing(view, pytest.fail)
     products = ProductsBeside(view, "")
-    offered = controls(with_eyes=False)
-    steering = Steering(view, source.context, "/ml2_receiver", offered, pairing, products)
-    server = ViewServer(listener, view, steering, TOKEN)
+    offered = section_forms(with_eyes=False)
+    backend = ReceiverBackend(view, source.context, "/ml2_receiver", offered, pairing, products)
+    server = ViewServer(listener, view, backend, TOKEN)
     yield address
     server.close()
-    steering.close()
+    backend.close()
     view.close()
 
 

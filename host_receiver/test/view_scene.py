@@ -9,12 +9,12 @@ from typing import Any
 from ml2_receiver.transport.listener import listen
 from ml2_tools.monitoring.topic_table import Rows
 from ml2_tools.viewing.access import Token
-from ml2_tools.viewing.controls import doing
-from ml2_tools.viewing.feed import Feed
 from ml2_tools.viewing.losses import RecentLosses
-from ml2_tools.viewing.requests import Answer, Newest, Offer, Steer
+from ml2_tools.viewing.requests import AllowedRequests, Answer, BackendRequest, Newest
+from ml2_tools.viewing.section_forms import receiver_state
 from ml2_tools.viewing.server import ViewServer
 from ml2_tools.viewing.state import Levels, state_of
+from ml2_tools.viewing.subscription import Subscription
 from ml2_tools.viewing.view import View
 from viewing_browser import Browser
 from waiting import await_true
@@ -42,12 +42,12 @@ COMPRESSED_ROWS: dict[str, Mapping[str, str]] = {
 
 
 class Scripted:
-    """A Source, and a Steered that takes nothing."""
+    """A Source, and a Backend that takes nothing."""
 
-    offer = Offer()
+    allowed = AllowedRequests()
 
     def __init__(self) -> None:
-        self.feeds: list[Feed] = []
+        self.subscriptions: list[Subscription] = []
         self.clock_s = 1.0
         self._losses = RecentLosses()
 
@@ -63,15 +63,15 @@ class Scripted:
     def unix_s(self, at_s: float) -> float:
         return at_s
 
-    def add(self, feed: Feed) -> None:
-        self.feeds.append(feed)
+    def add(self, subscription: Subscription) -> None:
+        self.subscriptions.append(subscription)
 
-    def remove(self, feed: Feed) -> None:
-        self.feeds.remove(feed)
+    def remove(self, subscription: Subscription) -> None:
+        self.subscriptions.remove(subscription)
 
     def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
         recent = self._losses.count(rows, self.clock_s)
-        return state_of(rows, levels, modes, battery, recent) | {"doing": doing(rows)}
+        return state_of(rows, levels, modes, battery, recent) | {"doing": receiver_state(rows)}
 
     def described(self) -> dict[str, Any]:
         return {"controls": []}
@@ -79,18 +79,18 @@ class Scripted:
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
         return []
 
-    def submit(self, request: Steer, answered: Callable[[Answer], None]) -> None:
+    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
         raise AssertionError(request)
 
     def report(self, rows: Rows) -> None:
         self._view.report(rows, dict.fromkeys(rows, 0))
 
-    def bring(self, topic: str, payload: bytes, feeds: int = 1) -> None:
+    def bring(self, topic: str, payload: bytes, count: int = 1) -> None:
         """Brings a message, as soon as the view has asked so many times for the topic."""
-        await_true(lambda: sum(it.topic == topic for it in list(self.feeds)) >= feeds)
-        for feed in list(self.feeds):
-            if feed.topic == topic:
-                feed.take(payload, self.now_s())
+        await_true(lambda: sum(it.topic == topic for it in list(self.subscriptions)) >= count)
+        for subscription in list(self.subscriptions):
+            if subscription.topic == topic:
+                subscription.take(payload, self.now_s())
 
 
 class Page:

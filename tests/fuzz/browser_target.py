@@ -6,21 +6,21 @@ from itertools import product
 
 from ml2_receiver.wire.json_body import Scalar
 from ml2_tools.viewing.access import Token
-from ml2_tools.viewing.controls import SERVICES, Control, controls
 from ml2_tools.viewing.requests import (
+    AllowedRequests,
     Call,
     Change,
-    Offer,
     RequestError,
     Seek,
     Show,
     Speed,
     parse_request,
 )
+from ml2_tools.viewing.section_forms import SERVICES, SectionForm, section_forms
 
 _STREAMS = ("color", "world_left")
-_CONTROLS = controls(with_eyes=False)
-_OFFERS = Offer(_CONTROLS, SERVICES), Offer(length_s=20)
+_FORMS = section_forms(with_eyes=False)
+_ALLOWED = AllowedRequests(_FORMS, SERVICES), AllowedRequests(length_s=20)
 _TOKEN = Token()
 
 
@@ -42,7 +42,7 @@ def seeds() -> Iterator[bytes]:
 def read(data: bytes) -> None:
     text = data.decode(errors="surrogateescape")
     messages: tuple[str | bytes, ...] = data, text
-    for message, offer in product(messages, _OFFERS):
+    for message, offer in product(messages, _ALLOWED):
         assert not _TOKEN.opens(message)
         try:
             request = parse_request(message, _STREAMS, offer)
@@ -58,15 +58,15 @@ def read(data: bytes) -> None:
             case Change(section, values):
                 assert values
                 for key, value in values.items():
-                    assert _is_legal(_CONTROLS[section], key, value), (section, key, value)
+                    assert _is_legal(_FORMS[section], key, value), (section, key, value)
             case Call(service):
                 assert service in SERVICES
 
 
-def _is_legal(control: Control, key: str, value: Scalar) -> bool:
+def _is_legal(form: SectionForm, key: str, value: Scalar) -> bool:
     match key, value:
         case "mode", str():
-            return value in [mode for _, mode in control.modes]
+            return value in [mode for _, mode in form.modes]
         case "enabled", bool():
             return True
         case "quality", int():
@@ -74,5 +74,5 @@ def _is_legal(control: Control, key: str, value: Scalar) -> bool:
         case "link", str() | int() | float():
             return value in ("auto", "fixed") or 0 < float(value) < math.inf
         case "stream" | "format", int() | str():
-            return value in control.keys[key].allowed
+            return value in form.keys[key].allowed
     return False

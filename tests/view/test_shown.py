@@ -114,7 +114,7 @@ def test_any_numeric_field_of_any_topic_is_plotted(page: Page, served: Served) -
         expect(plot.get_by_role("status")).to_have_text(re.compile(f"^{shown}"))
     plot.get_by_role("button").press("Enter")
     expect(plot).to_have_count(0)
-    await_true(lambda: not [it for it in served.source.feeds if it.topic == joy])
+    await_true(lambda: not [it for it in served.source.subscriptions if it.topic == joy])
 
 
 def test_lost_samples_are_gaps_of_a_plot(page: Page) -> None:
@@ -236,7 +236,7 @@ def test_a_paused_page_looks_back_and_plays_until_it_is_live_again(
     expect(bar.get_by_role("status")).to_have_text("live")
     button.press("Enter")
     expect(bar.get_by_role("status")).to_have_text(re.compile(r"^paused, 0\.0 s before · \d\d:"))
-    await_true(lambda: WORLD not in [it.topic for it in served.source.feeds])
+    await_true(lambda: WORLD not in [it.topic for it in served.source.subscriptions])
     await_true(lambda: step_back(slider) and page.evaluate(is_first, seen[1]))
     expect(page.locator("#plots .axis")).to_contain_text(re.compile(r"cursor: \d.*pause"))
     page.locator("[data-stream=world_left] canvas").click()

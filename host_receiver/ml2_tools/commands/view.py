@@ -27,7 +27,7 @@ from .optional_packages import optional_packages
 from .reading import add_headset, check_headset, say_apart, say_left_out
 
 if TYPE_CHECKING:
-    from ..viewing.requests import Steered
+    from ..viewing.requests import Backend
     from ..viewing.view import View
 
 _LOOPBACK = "127.0.0.1"
@@ -96,8 +96,8 @@ def _run(options: argparse.Namespace) -> int:
         ) from error
     token = Token()
     address = f"http://{_LOOPBACK}:{listener.getsockname()[1]}/#{token.text}"
-    with listener, source as (view, steered):
-        server = ViewServer(listener, view, steered, token)
+    with listener, source as (view, backend):
+        server = ViewServer(listener, view, backend, token)
         try:
             print(f"open {address}", flush=True)
             is_shown = not options.no_browser and _has_screen()
@@ -109,14 +109,14 @@ def _run(options: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _live(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
+def _live(options: argparse.Namespace) -> Iterator[tuple[View, Backend]]:
     check_headset(options.headset)
     with ros_needed():
         from ..viewing.live_source import LiveSource  # reads the profile
-        from ..viewing.steering import Steering
-    from ..viewing.controls import controls
+        from ..viewing.receiver_backend import ReceiverBackend
     from ..viewing.pairing import PagePairing
     from ..viewing.products_beside import ProductsBeside
+    from ..viewing.section_forms import section_forms
     from ..viewing.view import View
 
     with diagnostics_node() as node:
@@ -125,11 +125,12 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
     view = View(source, options.name, options.eyes)
     pairing = PagePairing(view, lambda: _pairing_offer(options))
     products = ProductsBeside(view, options.name)
-    steering = Steering(view, source.context, receiver, controls(options.eyes), pairing, products)
+    forms = section_forms(options.eyes)
+    backend = ReceiverBackend(view, source.context, receiver, forms, pairing, products)
     try:
-        yield view, steering
+        yield view, backend
     finally:
-        steering.close()
+        backend.close()
         view.close()
 
 
@@ -139,7 +140,7 @@ def _pairing_offer(options: argparse.Namespace) -> PairingOffer:
 
 
 @contextmanager
-def _recorded(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
+def _recorded(options: argparse.Namespace) -> Iterator[tuple[View, Backend]]:
     from ..viewing.recorded_source import RecordedSource
     from ..viewing.view import View
 

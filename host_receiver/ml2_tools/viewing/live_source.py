@@ -17,11 +17,11 @@ from ..geometry.transform_tree import STATIC_DEPTH
 from ..live.diagnostics import TYPE, read_diagnostics
 from ..live.raw_taker import RawSubscription, RawTaker
 from ..monitoring.topic_table import Rows
-from .controls import doing
-from .feed import Feed, Kind
 from .losses import RecentLosses
 from .plots import CLOCK, THROUGHPUT, clock_uncertainty_ms, received_mbit_per_s
+from .section_forms import receiver_state
 from .state import Levels, state_of
+from .subscription import Kind, Subscription
 from .view import View
 
 # Faster than a page changes, and slower than the inertial samples come.
@@ -51,7 +51,7 @@ class LiveSource:
         self._receiver, self._losses = receiver, RecentLosses()
         self._closing = ExitStack()
         self._node = self._closing.enter_context(tool_node("ml2_view"))
-        self._subscriptions: dict[Feed, RawSubscription] = {}
+        self._raw: dict[Subscription, RawSubscription] = {}
 
     @property
     def context(self) -> Context:
@@ -83,17 +83,18 @@ class LiveSource:
     def unix_s(self, at_s: float) -> float:
         return time.time() - self.now_s() + at_s
 
-    def add(self, feed: Feed) -> None:
+    def add(self, subscription: Subscription) -> None:
         def take(payload: bytes) -> None:
-            feed.take(payload, self.now_s())
+            subscription.take(payload, self.now_s())
 
-        subscription = RawSubscription(feed.type, feed.topic, _QOS[feed.kind], take)
-        self._subscriptions[feed] = subscription
-        self._taker.add(subscription)
+        qos = _QOS[subscription.kind]
+        raw = RawSubscription(subscription.type, subscription.topic, qos, take)
+        self._raw[subscription] = raw
+        self._taker.add(raw)
 
-    def remove(self, feed: Feed) -> None:
-        self._taker.remove(self._subscriptions.pop(feed))
+    def remove(self, subscription: Subscription) -> None:
+        self._taker.remove(self._raw.pop(subscription))
 
     def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
         recent = self._losses.count(rows, self.now_s())
-        return state_of(rows, levels, modes, battery, recent) | {"doing": doing(rows)}
+        return state_of(rows, levels, modes, battery, recent) | {"doing": receiver_state(rows)}

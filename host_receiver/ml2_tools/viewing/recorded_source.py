@@ -19,11 +19,21 @@ from ..bags.indexed_bag import History, IndexedBag
 from ..geometry.transform_tree import STATIC_DEPTH
 from ..monitoring.topic_table import Rows
 from ..playback.timeline import Timeline
-from .feed import Feed, Kind
 from .plots import CLOCK, THROUGHPUT
-from .requests import FASTEST, SLOWEST, Answer, Newest, Offer, Play, Seek, Speed, Steer
+from .requests import (
+    FASTEST,
+    SLOWEST,
+    AllowedRequests,
+    Answer,
+    BackendRequest,
+    Newest,
+    Play,
+    Seek,
+    Speed,
+)
 from .scene import TF, TRANSFORMS
 from .state import Levels, recorded_state
+from .subscription import Kind, Subscription
 from .view import View
 
 _NANOS = 1_000_000_000
@@ -45,7 +55,7 @@ _HISTORIES = {
 
 
 class RecordedSource:
-    """A recording, as a Source and as Steered.
+    """A recording, as a Source and as a Backend.
 
     A thread of its own plays it. A jump shows the newest message of each topic at that time.
 
@@ -61,7 +71,7 @@ class RecordedSource:
         self._bag = IndexedBag(path, headset)
         self._begin_ns, self._end_ns = self._bag.begin_ns, self._bag.end_ns
         self._length_s = (self._end_ns - self._begin_ns) / _NANOS
-        self.offer = Offer(length_s=self._length_s)
+        self.allowed = AllowedRequests(length_s=self._length_s)
         self._facts = {
             "recording": path.resolve().name,
             "headset": self._bag.config.headset,
@@ -74,8 +84,8 @@ class RecordedSource:
         self._shown_ns = self._begin_ns
         self._rows, self._rates_hz = self._topics()
         self._lock = threading.Lock()
-        self._feeds: dict[str, list[Feed]] = {}
-        self._added: list[Feed] = []
+        self._subscriptions: dict[str, list[Subscription]] = {}
+        self._added: list[Subscription] = []
         self._woken = threading.Event()
         self._is_over = False
         self._position: Newest = 0, ""
@@ -113,15 +123,15 @@ class RecordedSource:
     def unix_s(self, at_s: float) -> float:
         return self._begin_ns / _NANOS + at_s
 
-    def add(self, feed: Feed) -> None:
+    def add(self, subscription: Subscription) -> None:
         with self._lock:
-            self._feeds.setdefault(feed.topic, []).append(feed)
-            self._added.append(feed)
+            self._subscriptions.setdefault(subscription.topic, []).append(subscription)
+            self._added.append(subscription)
         self._woken.set()
 
-    def remove(self, feed: Feed) -> None:
+    def remove(self, subscription: Subscription) -> None:
         with self._lock:
-            self._feeds[feed.topic].remove(feed)
+            self._subscriptions[subscription.topic].remove(subscription)
 
     def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
         return recorded_state(rows, {**self._facts, "battery": battery}, self._rates_hz, modes)
@@ -134,7 +144,7 @@ class RecordedSource:
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
         return [("position", lambda: self._position)]
 
-    def submit(self, request: Steer, answered: Callable[[Answer], None]) -> None:
+    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
         """Carries out a Play, Seek or Speed at once."""
         match request:
             case Play(is_playing):
@@ -185,8 +195,8 @@ class RecordedSource:
         """Shows what was the newest at a time."""
         with self._lock:
             self._added.clear()
-            feeds = [it for them in self._feeds.values() for it in them]
-        messages = self._bag.until(to_ns, {it.topic: _HISTORIES[it.kind] for it in feeds})
+            subscriptions = [it for them in self._subscriptions.values() for it in them]
+        messages = self._bag.until(to_ns, {it.topic: _HISTORIES[it.kind] for it in subscriptions})
         self._view.forget()
         self._shown_ns = to_ns
         for message in messages:
@@ -214,7 +224,7 @@ class RecordedSource:
         else:
             self._timeline.hold(self._timeline.now_ns())
         left_s = self._timeline.left_s(message.time_ns)
-        slack_s = 0 if self._feeds.get(message.topic) else _SLACK_S
+        slack_s = 0 if self._subscriptions.get(message.topic) else _SLACK_S
         if left_s is None or left_s > slack_s or self._woken.is_set():
             self._wait(_PERIOD_S if left_s is None else min(max(left_s, 0), _PERIOD_S))
             return False
@@ -242,9 +252,9 @@ class RecordedSource:
 
     def _deliver(self, message: BagMessage) -> None:
         with self._lock:
-            feeds = list(self._feeds.get(message.topic, ()))
-        for feed in feeds:
-            feed.take(message.payload, (message.time_ns - self._begin_ns) / _NANOS)
+            subscriptions = list(self._subscriptions.get(message.topic, ()))
+        for subscription in subscriptions:
+            subscription.take(message.payload, (message.time_ns - self._begin_ns) / _NANOS)
 
     def _report(self) -> None:
         self._next_report_s = time.monotonic() + _PERIOD_S

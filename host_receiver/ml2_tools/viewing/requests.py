@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 from ml2_receiver.json_text import json_text
 from ml2_receiver.wire.json_body import Scalar
 
-from .controls import Control
+from .section_forms import SectionForm
 
 # Larger messages end the connection before they are read whole.
 MOST_BYTES = 4096
@@ -94,28 +94,30 @@ class Pair:
 
 
 # Requests that change the source of the view.
-type Steer = Change | Call | Pair | Play | Seek | Speed
-type Request = Show | Seen | Pixel | Snapshot | Steer
+type BackendRequest = Change | Call | Pair | Play | Seek | Speed
+type Request = Show | Seen | Pixel | Snapshot | BackendRequest
 
 
 @dataclass(frozen=True)
-class Offer:
+class AllowedRequests:
     """The requests that a browser may make.
 
     Attributes:
-        controls: the sections that it may set.
+        forms: the sections that it may set.
         services: the services that it may call.
         has_pairing: True if it may begin and end a pairing.
         length_s: the length of the recording; None without one.
     """
 
-    controls: Mapping[str, Control] = field(default_factory=dict)
+    forms: Mapping[str, SectionForm] = field(default_factory=dict)
     services: Collection[str] = ()
     has_pairing: bool = False
     length_s: float | None = None
 
 
-def parse_request(message: str | bytes, names: Collection[str], offer: Offer) -> Request:
+def parse_request(
+    message: str | bytes, names: Collection[str], allowed: AllowedRequests
+) -> Request:
     """Reads a message: one of
     `{"show": [STREAM, ...]}`, `{"seen": NAME}`, `{"pixel": STREAM, "at": [COLUMN, ROW]}`,
     `{"snapshot": true}`,
@@ -133,9 +135,9 @@ def parse_request(message: str | bytes, names: Collection[str], offer: Offer) ->
         found = json.loads(message) if isinstance(message, str) else None
     except (ValueError, RecursionError):
         found = None
-    request: Request | None = _look(found, names) or _change(found, offer)
-    if request is None and offer.length_s is not None:
-        request = _move(found, offer.length_s)
+    request: Request | None = _look(found, names) or _change(found, allowed)
+    if request is None and allowed.length_s is not None:
+        request = _move(found, allowed.length_s)
     if request is None:
         raise RequestError("expected a message of the page, with values that it offers")
     return request
@@ -155,19 +157,19 @@ def _look(found: Any, names: Collection[str]) -> Show | Seen | Pixel | Snapshot 
     return None
 
 
-def _change(found: Any, offer: Offer) -> Change | Call | Pair | None:
+def _change(found: Any, allowed: AllowedRequests) -> Change | Call | Pair | None:
     match found:
         case {"set": str(section), "to": dict(values), **rest} if (
-            not rest and section in offer.controls and offer.controls[section].takes(values)
+            not rest and section in allowed.forms and allowed.forms[section].takes(values)
         ):
             return Change(section, values)
-        case {"call": str(service), **rest} if not rest and service in offer.services:
+        case {"call": str(service), **rest} if not rest and service in allowed.services:
             return Call(service)
         case {"call": "save_config", "keys": list(keys), **rest} if not rest and _are_of(
-            keys, [name for control in offer.controls.values() for name in control.parameters()]
+            keys, [name for form in allowed.forms.values() for name in form.parameters()]
         ):
             return Call("save_config", tuple(keys))
-        case {"pair": bool(is_wanted), **rest} if not rest and offer.has_pairing:
+        case {"pair": bool(is_wanted), **rest} if not rest and allowed.has_pairing:
             return Pair(is_wanted)
     return None
 
@@ -208,20 +210,20 @@ class Answer(NamedTuple):
         return json_text({"type": "answer", **self._asdict()})
 
 
-class Steered(Protocol):
+class Backend(Protocol):
     """Carries out requests of all browsers. Thread-safe.
 
     Attributes:
-        offer: the requests that it takes.
+        allowed: the requests that it takes.
     """
 
-    offer: Offer
+    allowed: AllowedRequests
 
     def described(self) -> dict[str, Any]:
-        """Returns what a page needs to know to steer, as keys of the message `hello`."""
+        """Returns what a page needs to know for requests, as keys of the message `hello`."""
 
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
         """Returns the kinds of messages about what is in force, each with a function for it."""
 
-    def submit(self, request: Steer, answered: Callable[[Answer], None]) -> None:
-        """Carries out a request that it offers, at once or later; then calls `answered`."""
+    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
+        """Carries out a request that it allows, at once or later; then calls `answered`."""

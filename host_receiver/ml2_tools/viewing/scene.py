@@ -28,7 +28,7 @@ type Place = list[float] | None
 SCENE = "scene"
 TF, TF_STATIC, TRANSFORMS = "/tf", "/tf_static", "tf2_msgs/msg/TFMessage"
 _HANDS, _GAZE, _HEAD = ("hand_left", "hand_right"), "gaze", "head"
-# Names of feeds of camera_info begin with this, and end with the stream.
+# Names of subscriptions of camera_info begin with this, and end with the stream.
 _LENS = "lens "
 _MOST_HZ = 15
 # What has not come for so long is not shown.

@@ -17,10 +17,10 @@ from websockets.sync.server import ServerConnection, serve
 
 from .access import Token, is_own_host, is_own_origin
 from .bounded_listener import BoundedListener
+from .browser_connection import BrowserConnection, close_reason
 from .page_files import HEADERS, page_files
-from .requests import MOST_BYTES, RequestError, Steered
+from .requests import MOST_BYTES, Backend, RequestError
 from .view import View
-from .visitor import Visitor, close_reason
 
 SOCKET_PATH = "/live"
 # The page says what to do about this code, by which it knows that its token is wrong.
@@ -41,8 +41,8 @@ class ViewServer:
         listener: a listening socket of the loopback interface; it becomes the server's.
     """
 
-    def __init__(self, listener: socket.socket, view: View, steered: Steered, token: Token) -> None:
-        self._view, self._steered, self._token = view, steered, token
+    def __init__(self, listener: socket.socket, view: View, backend: Backend, token: Token) -> None:
+        self._view, self._backend, self._token = view, backend, token
         self._files = page_files()
         self._places = threading.BoundedSemaphore(_MOST_VISITORS)
         self._listener = BoundedListener(listener, _FILE_S)
@@ -92,7 +92,7 @@ class ViewServer:
                 connection.close(CloseCode.TRY_AGAIN_LATER, "too many browsers")
                 return
             try:
-                Visitor(connection, self._view, self._steered).serve()
+                BrowserConnection(connection, self._view, self._backend).serve()
             except RequestError as error:
                 connection.close(CloseCode.POLICY_VIOLATION, close_reason(error))
             finally:

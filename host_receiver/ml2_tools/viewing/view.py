@@ -19,7 +19,6 @@ from ..bags.decoding import decoder
 from ..live.faults import Faults
 from ..monitoring.topic_table import Rows
 from .cloud import CLOUD, Cloud
-from .feed import Feed, Kind
 from .fields import TopicField, plottable_topics, topic_fields
 from .full_image import FullImage, full_name
 from .log import Log
@@ -34,6 +33,7 @@ from .state import (
     published_images,
     topic_prefix,
 )
+from .subscription import Kind, Subscription
 
 _BATTERY, _CONFIG, _LOG = "battery", "config", "log"
 _MOST_NAMED, _WARN = 5, 1
@@ -54,10 +54,10 @@ class Source(Protocol):
     def unix_s(self, at_s: float) -> float:
         """Returns a time of its clock in s since 1970."""
 
-    def add(self, feed: Feed) -> None:
+    def add(self, subscription: Subscription) -> None:
         """Begins to take the messages of a topic; in a thread of its own."""
 
-    def remove(self, feed: Feed) -> None:
+    def remove(self, subscription: Subscription) -> None:
         """Ends what add() began."""
 
     def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
@@ -112,7 +112,7 @@ class View:
         self._fields: Mapping[str, TopicField] = {}
         self._in_scene: Mapping[str, tuple[str, str]] = {}
         # By what they fill and their topic.
-        self._feeds: dict[tuple[str, str], Feed] = {}
+        self._subscriptions: dict[tuple[str, str], Subscription] = {}
         self._settling = threading.Lock()
         source.start(self)
 
@@ -200,15 +200,15 @@ class View:
     def _settle(self) -> None:
         """Follows what is watched and published, and nothing else."""
         wanted = self._wanted() if self._watched else {}
-        for key in self._feeds.keys() - wanted.keys():
-            self._source.remove(self._feeds.pop(key))
+        for key in self._subscriptions.keys() - wanted.keys():
+            self._source.remove(self._subscriptions.pop(key))
             if (name := key[0]) in self.images:  # nobody may see an old image as a new one
                 self.images[name].forget()
             if name not in UNITS:
                 self.series.pop(name, None)
-        for key in wanted.keys() - self._feeds.keys():
-            self._feeds[key] = self._feed(*key, wanted[key])
-            self._source.add(self._feeds[key])
+        for key in wanted.keys() - self._subscriptions.keys():
+            self._subscriptions[key] = self._subscription(*key, wanted[key])
+            self._source.add(self._subscriptions[key])
 
     def _wanted(self) -> dict[tuple[str, str], str]:
         """Returns the types of the wanted topics, by what they fill and their name."""
@@ -232,35 +232,35 @@ class View:
             found |= {it: (f"{prefix}/{it}", "std_msgs/msg/String") for it in (_CONFIG, _LOG)}
         return {(name, topic): type for name, (topic, type) in found.items()}
 
-    def _feed(self, name: str, topic: str, type: str) -> Feed:
-        feed = self._feed_of(name, topic, type)
+    def _subscription(self, name: str, topic: str, type: str) -> Subscription:
+        subscription = self._subscription_of(name, topic, type)
 
         def take(payload: bytes, at_s: float) -> None:
             try:
-                feed.take(payload, at_s)
+                subscription.take(payload, at_s)
             except Exception as error:  # the thread of the source must go on
                 self.faults.add(f"a message of {topic}", error)
 
-        return replace(feed, take=take)
+        return replace(subscription, take=take)
 
-    def _feed_of(self, name: str, topic: str, type: str) -> Feed:
+    def _subscription_of(self, name: str, topic: str, type: str) -> Subscription:
         if name in self.images:
-            return Feed(topic, type, Kind.IMAGE, partial(self._take_image, name, type))
+            return Subscription(topic, type, Kind.IMAGE, partial(self._take_image, name, type))
         if name in self._in_scene:
             kind = {TF: Kind.TRANSFORMS, TF_STATIC: Kind.STATIC}.get(topic, Kind.SENSOR)
-            return Feed(topic, type, kind, partial(self.scene.take, name, type))
+            return Subscription(topic, type, kind, partial(self.scene.take, name, type))
         if name == _CONFIG:
-            return Feed(topic, type, Kind.LATCHED, self._configured)
+            return Subscription(topic, type, Kind.LATCHED, self._configured)
         if name == _LOG:
-            return Feed(topic, type, Kind.EVENTS, self._logged)
+            return Subscription(topic, type, Kind.EVENTS, self._logged)
         if name == _BATTERY:
-            return Feed(topic, type, Kind.SENSOR, partial(self._charged, decoder(type)))
+            return Subscription(topic, type, Kind.SENSOR, partial(self._charged, decoder(type)))
         if name in SENSOR_PLOTS:
             read = SENSOR_PLOTS[name].read
         else:
             self.series[name] = Series()
             read = self._fields[name].read
-        return Feed(topic, type, Kind.SENSOR, partial(self._add, name, read, decoder(type)))
+        return Subscription(topic, type, Kind.SENSOR, partial(self._add, name, read, decoder(type)))
 
     def _take_image(self, stream: str, type: str, payload: bytes, _: float) -> None:
         if self.images[stream].take(type, payload):

@@ -1,4 +1,4 @@
-"""The topics that fill the view."""
+"""The subscriptions that fill the view."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class Feed:
-    """A topic that fills a part of the view.
+class Subscription:
+    """A part of the view that takes the messages of a topic.
 
     `take` gets the CDR of each message, and when it came in s on the clock of the source.
     """

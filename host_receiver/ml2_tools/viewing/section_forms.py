@@ -24,7 +24,7 @@ _CONNECTED = "connected"
 
 
 @dataclass(frozen=True)
-class Control:
+class SectionForm:
     """The keys of one section that a browser may set.
 
     Attributes:
@@ -66,7 +66,7 @@ class Control:
         }
 
 
-def doing(rows: Rows) -> dict[str, Any]:
+def receiver_state(rows: Rows) -> dict[str, Any]:
     """Returns what the receiver does at present, on which it depends what a browser may call."""
     session, recording = rows.get("session", {}), rows.get("recording", {})
     states = [it for key, it in session.items() if key.startswith("state.")]
@@ -78,17 +78,17 @@ def doing(rows: Rows) -> dict[str, Any]:
     }
 
 
-def controls(with_eyes: bool) -> dict[str, Control]:
-    """Returns the controls by section, in the order of the table; with or without eye cameras."""
+def section_forms(with_eyes: bool) -> dict[str, SectionForm]:
+    """Returns the forms by section, in the order of the table; with or without eye cameras."""
     table = load_table()
     return {
-        it.id: _control(it)
+        it.id: _form(it)
         for it in table.sections.values()
         if any(key in it.keys for key in _KEYS) and (with_eyes or not it.shows_eyes)
     }
 
 
-def _control(section: Section) -> Control:
+def _form(section: Section) -> SectionForm:
     modes = tuple(
         (mode.stream, f"{width}x{height}@{rate}")
         for mode in section.modes
@@ -96,4 +96,4 @@ def _control(section: Section) -> Control:
         for rate in mode.rates
     )
     keys = {it: section.keys[it] for it in _KEYS if it in section.keys}
-    return Control(section.id, section.doc, modes, keys)
+    return SectionForm(section.id, section.doc, modes, keys)

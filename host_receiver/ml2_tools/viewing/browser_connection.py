@@ -21,7 +21,16 @@ from .full_image import full_name
 from .log import LOG
 from .newest_image import framed
 from .plots import SHOWN_S, UNITS
-from .requests import Pixel, RequestError, Seen, Show, Snapshot, Steer, Steered, parse_request
+from .requests import (
+    Backend,
+    BackendRequest,
+    Pixel,
+    RequestError,
+    Seen,
+    Show,
+    Snapshot,
+    parse_request,
+)
 from .scene import SCENE
 from .snapshot import SNAPSHOT, snapshot_of
 from .view import View
@@ -36,7 +45,7 @@ _PERIOD_S = 0.1
 _STATE, _SAMPLES = "state", "samples"
 
 
-class Visitor:
+class BrowserConnection:
     """One browser that has sent the token.
 
     serve() reads in the calling thread. A second thread sends: only it waits for a slow browser.
@@ -44,8 +53,8 @@ class Visitor:
     connects again.
     """
 
-    def __init__(self, connection: ServerConnection, view: View, steered: Steered) -> None:
-        self._connection, self._view, self._steered = connection, view, steered
+    def __init__(self, connection: ServerConnection, view: View, backend: Backend) -> None:
+        self._connection, self._view, self._backend = connection, view, backend
         self._shown: frozenset[str] = frozenset()
         self._under_way: Counter[str] = Counter()
         # The number of the newest image or state that was sent, and the count of plotted values.
@@ -93,7 +102,7 @@ class Visitor:
         self._connection.close(CloseCode.INTERNAL_ERROR, close_reason(error))
 
     def _take(self, message: str | bytes) -> None:
-        match parse_request(message, self._view.offered, self._steered.offer):
+        match parse_request(message, self._view.offered, self._backend.allowed):
             case Show(streams):
                 for name in self._shown - streams:  # its values may begin anew
                     self._plotted.pop(name, None)
@@ -116,9 +125,9 @@ class Visitor:
             self._under_way[name] -= 1
             self._view.changed.notify_all()
 
-    def _ask(self, request: Steer) -> None:
+    def _ask(self, request: BackendRequest) -> None:
         self._expect_answer()
-        self._steered.submit(request, lambda answer: self._answer(answer.message()))
+        self._backend.submit(request, lambda answer: self._answer(answer.message()))
 
     def _tell_pixel(self, stream: str, column: int, row: int) -> None:
         if (image := self._view.full.get(full_name(stream))) is None:
@@ -174,7 +183,7 @@ class Visitor:
             "plots": [{"name": name, "unit": UNITS[name]} for name in self._view.series],
             "shown_s": SHOWN_S,
             "fields": {type: list(fields) for type in DEFINITIONS if (fields := fields_of(type))},
-            **self._steered.described(),
+            **self._backend.described(),
         }
         return json_text(hello)
 
@@ -203,7 +212,7 @@ class Visitor:
             yield CLOUD, lambda: view.cloud.encoded(view.images["depth"], view.images["color"])
         yield _STATE, lambda: view.state
         yield LOG, lambda: view.log.newest
-        yield from self._steered.sources()
+        yield from self._backend.sources()
 
     def _may_send(self, kind: str) -> bool:
         return self._under_way[kind] < _MOST_UNDER_WAY

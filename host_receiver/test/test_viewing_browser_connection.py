@@ -14,10 +14,10 @@ pytest.importorskip("websockets", reason="websockets is not installed")
 
 from websockets.sync.server import ServerConnection
 
-from ml2_tools.viewing.controls import SERVICES
-from ml2_tools.viewing.requests import Answer, Newest, Offer, Steer
+from ml2_tools.viewing.browser_connection import BrowserConnection
+from ml2_tools.viewing.requests import AllowedRequests, Answer, BackendRequest, Newest
+from ml2_tools.viewing.section_forms import SERVICES
 from ml2_tools.viewing.view import Source, View
-from ml2_tools.viewing.visitor import Visitor
 from waiting import LIMIT_S
 
 
@@ -50,9 +50,9 @@ class Page:
 
 
 class ChangedMeanwhile:
-    """Carries out a request just after the visitor has looked for what is in force."""
+    """Carries out a request just after the connection has looked for what is in force."""
 
-    offer = Offer(services=SERVICES)
+    allowed = AllowedRequests(services=SERVICES)
 
     def __init__(self) -> None:
         self._in_force: Newest = 1, json.dumps({"type": "settings", "values": "old"})
@@ -64,7 +64,7 @@ class ChangedMeanwhile:
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
         return [("settings", self._newest)]
 
-    def submit(self, request: Steer, answered: Callable[[Answer], None]) -> None:
+    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
         self._answered = answered
 
     def _newest(self) -> Newest:
@@ -79,8 +79,8 @@ class ChangedMeanwhile:
 def test_the_values_in_force_come_before_the_answer_to_their_change() -> None:
     page = Page()
     view = View(cast(Source, Silent()), "", with_eyes=False)
-    visitor = Visitor(cast(ServerConnection, page), view, ChangedMeanwhile())
-    reader = threading.Thread(target=visitor.serve)
+    connection = BrowserConnection(cast(ServerConnection, page), view, ChangedMeanwhile())
+    reader = threading.Thread(target=connection.serve)
     reader.start()
     kinds: list[str] = []
     while kinds[-1:] != ["answer"]:

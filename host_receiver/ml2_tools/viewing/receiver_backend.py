@@ -14,18 +14,18 @@ from ml2_receiver.json_text import json_text
 from ml2_receiver.wire.json_body import Scalar
 
 from ..live.receiver_client import ReceiverClient
-from .controls import SERVICES, Control
 from .pairing import PagePairing
 from .products_beside import PRODUCTS, ProductsBeside
-from .requests import Answer, Call, Change, Newest, Offer, Pair, Steer
+from .requests import AllowedRequests, Answer, BackendRequest, Call, Change, Newest, Pair
+from .section_forms import SERVICES, SectionForm
 from .view import View
 
 _PERIOD_S = 1.0
 _PATIENCE_S = 5.0
 
 
-class Steering:
-    """Carries out requests at a running receiver, one after another, as Steered. Thread-safe.
+class ReceiverBackend:
+    """Carries out requests at a running receiver, one after another. Thread-safe.
 
     A thread of its own waits for the receiver. While a browser is connected, it reads the values in
     force each second, because other programs change them, too.
@@ -34,7 +34,7 @@ class Steering:
         view: is notified of new values, by `changed`.
         context: the context for a node of its own.
         receiver: the full name of the receiver's node.
-        controls: the controls by section.
+        forms: the forms by section.
         pairing: pairs headsets with the receiver; close() ends it.
         products: runs `products` beside the page; close() ends it.
     """
@@ -44,17 +44,17 @@ class Steering:
         view: View,
         context: Context,
         receiver: str,
-        controls: Mapping[str, Control],
+        forms: Mapping[str, SectionForm],
         pairing: PagePairing,
         products: ProductsBeside,
     ) -> None:
-        self.offer = Offer(controls, SERVICES | PRODUCTS, has_pairing=True)
+        self.allowed = AllowedRequests(forms, SERVICES | PRODUCTS, has_pairing=True)
         self._view, self._pairing, self._products = view, pairing, products
         self._client = ReceiverClient(context, receiver, _PATIENCE_S, SERVICES)
         self._settings: tuple[int, str] = 0, ""
         self._is_over = False
         self._tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._run, name="view-steering")
+        self._thread = threading.Thread(target=self._run, name="view-backend")
         self._thread.start()
 
     def close(self) -> None:
@@ -67,7 +67,7 @@ class Steering:
         self._products.end()
 
     def described(self) -> dict[str, Any]:
-        return {"controls": [it.described() for it in self.offer.controls.values()]}
+        return {"controls": [it.described() for it in self.allowed.forms.values()]}
 
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
         return [
@@ -76,7 +76,7 @@ class Steering:
             ("products", lambda: self._products.newest),
         ]
 
-    def submit(self, request: Steer, answered: Callable[[Answer], None]) -> None:
+    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
         """Carries out a request later; calls `answered` in the thread of this object."""
         assert isinstance(request, Change | Call | Pair), request
 
@@ -133,7 +133,7 @@ class Steering:
         return Answer("pair", True, "")
 
     def _read_settings(self) -> None:
-        names = [name for control in self.offer.controls.values() for name in control.parameters()]
+        names = [name for form in self.allowed.forms.values() for name in form.parameters()]
         try:
             values = self._client.get(names)
         except RosError:
@@ -141,7 +141,7 @@ class Steering:
         except Exception as error:  # of what a node answers that has the receiver's name
             self._view.faults.add("the receiver's parameters", error)
             return
-        sections: dict[str, dict[str, Scalar]] = {section: {} for section in self.offer.controls}
+        sections: dict[str, dict[str, Scalar]] = {section: {} for section in self.allowed.forms}
         for name, value in values.items():
             section, _, key = name.partition(".")
             sections[section][key] = value
