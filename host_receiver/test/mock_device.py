@@ -13,7 +13,7 @@ from typing import Self
 
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
-from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Frame, FrameParser
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Frame, FrameParser, Header
 from ml2_receiver.wire.frame import encode_frame as encode
 from ml2_receiver.wire.json_body import JsonBody
 from ml2_receiver.wire.kinds import Kind, Side
@@ -32,6 +32,7 @@ from ml2_receiver.wire.messages import (
     StreamStatus,
     Welcome,
 )
+from ml2_receiver.wire.opening_bodies import Open, Opened
 from ml2_tools.playback.device import KINDS, Device, Reply
 from waiting import LIMIT_S
 
@@ -61,7 +62,8 @@ class Wire:
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if tls is not None:
             self.socket = tls.wrap_socket(self.socket)
-        self._parser = FrameParser(Side.RECEIVER, load_table().lane(lane))
+        lane_of_table = load_table().lane(lane)
+        self._parser = FrameParser(Side.RECEIVER, lane_of_table, has_openings=True)
         self._writing = threading.Lock()
 
     def send(self, kind: Kind, body: JsonBody | bytes = b"", **header: int) -> None:
@@ -110,6 +112,7 @@ class MockDevice:
         instance_id: str = "instance",
         *,
         says_ping: bool = False,
+        has_ros: bool | None = None,
         tls: ssl.SSLContext | None = None,
     ) -> None:
         self.address = address
@@ -118,9 +121,8 @@ class MockDevice:
         self._welcomed: Wire | None = None
         self._gone = threading.Event()
         self._pinger = threading.Thread(target=self._ping) if says_ping else None
-        self.device = Device(
-            Hello([1], device_id, instance_id, f"{device_id} name", "mock", Capabilities([]), {})
-        )
+        names = (device_id, instance_id, f"{device_id} name", "mock")
+        self.device = Device(Hello([1], *names, Capabilities([], has_ros), {}))
 
     @property
     def welcome(self) -> Welcome:
@@ -276,6 +278,27 @@ class MockDevice:
     def fill(self, length: int) -> None:
         """One FILLER frame; without length the end."""
         self.wires["link_test"].send(Kind.FILLER, bytes(length))
+
+    def open(self, wanted: Open) -> Opened:
+        """OPEN, answered; joins the lane `ros` for the first one."""
+        if "ros" not in self.wires:
+            self.join("ros")
+        self.wires["control"].send(Kind.OPEN, wanted)
+        return Opened.parse(self.await_control(Kind.OPENED))
+
+    def await_control(self, kind: Kind) -> bytearray:
+        """The next frame of this kind on control; others are passed over."""
+        while (frame := self.wires["control"].receive()) is not None:
+            if frame.header.kind == kind:
+                return frame.body
+        raise AssertionError(f"expected {kind.name}, found the end")
+
+    def message(self) -> tuple[Header, bytes]:
+        """The next MESSAGE on the lane `ros`."""
+        frame = self.wires["ros"].receive()
+        assert frame is not None
+        assert frame.header.kind == Kind.MESSAGE, frame
+        return frame.header, bytes(frame.body)
 
     def leave(self) -> None:
         """The orderly end."""

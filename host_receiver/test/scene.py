@@ -11,8 +11,8 @@ from ml2_receiver.errors import ProtocolError, PublishError
 from ml2_receiver.session.actions import Close, Ending, Log, Open, Send, SessionEnded
 from ml2_receiver.session.connection import Connection
 from ml2_receiver.session.event_limit import event_limits
+from ml2_receiver.session.graph import Graph
 from ml2_receiver.session.host import Host
-from ml2_receiver.session.openings import Graph
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.sink import Applied

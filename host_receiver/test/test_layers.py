@@ -41,6 +41,7 @@ PUBLIC = (
     "ml2_receiver.topics",
     "ml2_receiver.recording",
     "ml2_receiver.ros.context",
+    "ml2_receiver.ros.raw_taker",
     "ml2_receiver.ros.real_time",
     "ml2_receiver.ros.spinning",
     "ml2_receiver.ros.fastdds",

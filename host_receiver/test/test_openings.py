@@ -8,6 +8,7 @@ import pytest
 from fake_sink import FakeGraph
 from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.errors import ErrorCode, ProtocolError
+from ml2_receiver.session.downlink import Books, Downlink
 from ml2_receiver.session.openings import LANE_KINDS, Openings
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, Header
 from ml2_receiver.wire.json_body import JsonBody
@@ -18,6 +19,10 @@ ANY = NameRules(("/**",))
 SMALL, LARGE, CLIENT, SERVICE = 1, 2, 3, 4
 PAYLOAD = b"\0\1\0\0\0"
 LAST = (1 << 32) - 1
+
+
+def of(rules: AppRules, graph: FakeGraph) -> Openings:
+    return Openings(rules, graph, Downlink(Books()))
 
 
 def frame(
@@ -52,7 +57,7 @@ def graph() -> FakeGraph:
 
 @pytest.fixture
 def openings(graph: FakeGraph) -> Openings:
-    made = Openings(AppRules(ANY, ANY, ANY, ANY), graph).joined("ros").joined("bulk_1")
+    made = of(AppRules(ANY, ANY, ANY, ANY), graph).joined("ros").joined("bulk_1")
     opened(made, wanted(SMALL))
     opened(made, wanted(LARGE, bulk=True))
     opened(made, wanted(CLIENT, "client"))
@@ -71,9 +76,9 @@ def openings(graph: FakeGraph) -> Openings:
 def test_a_name_is_opened_by_a_rule_for_its_use_alone(
     kind: str, allowing: AppRules, graph: FakeGraph
 ) -> None:
-    assert opened(Openings(allowing, graph).joined("ros"), wanted(1, kind)).result == "opened"
+    assert opened(of(allowing, graph).joined("ros"), wanted(1, kind)).result == "opened"
     others = {use: ANY for use in vars(allowing) if not getattr(allowing, use).rules}
-    refused = opened(Openings(AppRules(**others), graph).joined("ros"), wanted(1, kind))
+    refused = opened(of(AppRules(**others), graph).joined("ros"), wanted(1, kind))
     assert refused.result == "refused"
     assert "/scan" in str(refused.reason)
 
@@ -82,11 +87,11 @@ def test_a_transform_needs_a_rule_that_has_tf(graph: FakeGraph) -> None:
     tree = Open(1, "transform", frame="base_link", reference="map")
     for rule, result in (("/tf", "opened"), ("/scan", "refused")):
         rules = AppRules(subscribe=NameRules((rule,)))
-        assert opened(Openings(rules, graph).joined("ros"), tree).result == result
+        assert opened(of(rules, graph).joined("ros"), tree).result == result
 
 
 def test_without_rules_nothing_is_opened(graph: FakeGraph) -> None:
-    openings = Openings(AppRules(), graph).joined("ros")
+    openings = of(AppRules(), graph).joined("ros")
     for id, kind in enumerate(("subscription", "client", "service"), 1):
         assert opened(openings, wanted(id, kind)).result == "refused"
     assert not any(vars(openings.allowed).values())

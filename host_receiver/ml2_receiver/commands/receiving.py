@@ -16,6 +16,7 @@ from ..configuration.parameter_file import MAX_BYTES, node_names
 from ..configuration.whole_file import read_file
 from ..errors import ConfigError
 from ..generated.version import VERSION
+from ..session.graph import Graph
 from ..session.server import Server
 from ..session.settings import ReceiverSettings
 from ..session.sink import Sink
@@ -26,6 +27,7 @@ from .ros_start import node_arguments, node_name, ros_needed
 from .session_port import SessionPort, add_insecure, add_keys
 
 if TYPE_CHECKING:
+    from ..ros.graph import RosGraph
     from ..ros.node import RosNode
 
 
@@ -131,8 +133,24 @@ def ros_sink(
         yield
 
 
-def new_server(port: SessionPort, config: Config, sink: Sink, *, is_paused: bool = False) -> Server:
-    """The server of a command, which running() runs."""
+@contextmanager
+def ros_graph(node: "RosNode") -> Iterator["RosGraph"]:
+    """What apps open with the node, until left."""
+    from ..ros.graph import RosGraph
+
+    with RosGraph(node) as graph:
+        yield graph
+
+
+def new_server(
+    port: SessionPort,
+    config: Config,
+    sink: Sink,
+    graph: Graph | None = None,
+    *,
+    is_paused: bool = False,
+) -> Server:
+    """The server of a command, which running() runs; without a graph, apps open nothing."""
     server = Server(
         port.listener,
         port.access,
@@ -144,6 +162,7 @@ def new_server(port: SessionPort, config: Config, sink: Sink, *, is_paused: bool
             config.frame_prefix,
             port.excluded,
             app=port.allowed(config.app),
+            graph=graph,
         ),
         link=config.link,
         is_lazy=config.is_lazy,

@@ -9,7 +9,16 @@ from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .options import Subparsers
 from .printed_events import PrintedEvents
-from .receiving import add_options, config_file, load, new_server, ros_node, ros_sink, running
+from .receiving import (
+    add_options,
+    config_file,
+    load,
+    new_server,
+    ros_graph,
+    ros_node,
+    ros_sink,
+    running,
+)
 from .ros_start import node_name, topic_remappings
 from .session_port import SessionPort
 from .stopping import stop_signal
@@ -58,7 +67,8 @@ def _run(options: argparse.Namespace) -> int:
             check_middleware(node.middleware, options.zenoh)
         sinks = FanOut([PrintedEvents()] if node is None else [])
         sink = CalibratedSink(sinks, config.calibrations)
-        server = new_server(port, config, sink, is_paused=options.start_paused)
+        graph = None if node is None else stack.enter_context(ros_graph(node))
+        server = new_server(port, config, sink, graph, is_paused=options.start_paused)
         if node is not None:
             stack.enter_context(ros_sink(node, server, file, sink, sinks))
         name = node_name(options.ros_args) if node is None else node.name

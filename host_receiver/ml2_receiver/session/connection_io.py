@@ -1,6 +1,7 @@
 """The transport of a Connection."""
 
 import struct
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -10,12 +11,15 @@ from math import inf
 from ..transport.transport import Transport
 from ..wire.frame import Frame, FrameParser, encode_frame
 from ..wire.json_body import JsonBody
-from ..wire.kinds import Kind, Side
+from ..wire.kinds import ROS, Kind, Side
 from .actions import Ending
 from .connection import Connection
+from .downlink import Downlink
 from .openings import Openings
 
 _SMALL_FRAMES_BYTES = 64 * 1024
+# How long the last words on a lane wait for a message that is being written.
+_MESSAGE_S = 0.05
 _TIME = struct.Struct("<q")
 _TIMES = struct.Struct("<qqq")
 
@@ -33,6 +37,8 @@ class ConnectionIO:
     parser: FrameParser = field(default_factory=lambda: FrameParser(Side.DEVICE))
     abort_s: float = inf
     is_aborted: bool = False
+    _writing: threading.Lock = field(default_factory=threading.Lock)
+    _writer: threading.Thread | None = None
 
     def frames(self) -> Iterator[tuple[Frame, int]]:
         """Yields each frame with the ROS time in ns at which its last byte was received.
@@ -75,6 +81,18 @@ class ConnectionIO:
                 self.transport.mark_urgent()
         body_bytes = body.to_bytes() if body else b""
         self._write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
+        openings = self.connection.openings
+        if kind is Kind.JOINED and self.connection.lane is ROS and openings is not None:
+            arguments = [openings.downlink]
+            self._writer = threading.Thread(target=self._write_messages, args=arguments)
+            self._writer.start()
+
+    def _write_messages(self, downlink: Downlink) -> None:
+        def send_all(data: bytes) -> None:
+            with self._writing:
+                self.transport.send_all(data)
+
+        downlink.write(send_all)
 
     def answer_time(self, request: Frame, received_ns: int) -> None:
         """Sends the TIME_REPLY to a TIME_REQUEST that was received at this ROS time.
@@ -97,11 +115,18 @@ class ConnectionIO:
             self._write(encode_frame(Kind.FAILURE, body, **fields, send_ns=time.time_ns()))
 
     def _write(self, data: bytes) -> None:
-        """Sends without waiting, for the session waits too; aborts the connection if it is full."""
-        try:
-            is_sent = self.transport.send(data)
-        except OSError:
-            return  # the peer has disconnected, which the reader thread will notice
+        """Sends without waiting, for the session waits too; aborts the connection if it is full.
+
+        A message that is being written ends first, if it does so soon.
+        """
+        is_sent = False
+        if self._writing.acquire(timeout=_MESSAGE_S):
+            try:
+                is_sent = self.transport.send(data)
+            except OSError:
+                return  # the peer has disconnected, which the reader thread will notice
+            finally:
+                self._writing.release()
         if not is_sent:
             self.abort()
 
@@ -120,3 +145,10 @@ class ConnectionIO:
     def abort(self) -> None:
         self.is_aborted = True
         self.transport.abort()
+
+    def end_writer(self) -> None:
+        """Ends the writer of messages, if there is one, and with it the connection."""
+        if self._writer is not None and self.connection.openings is not None:
+            self.abort()
+            self.connection.openings.downlink.stop()
+            self._writer.join()

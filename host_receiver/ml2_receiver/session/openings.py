@@ -2,7 +2,7 @@
 
 import threading
 from dataclasses import dataclass, field
-from typing import Protocol, Self
+from typing import Self
 
 from ..configuration.app_rules import AppRules, NameRules
 from ..errors import ErrorCode, ProtocolError
@@ -10,6 +10,8 @@ from ..wire.frame import CDR_ENCAPSULATION, Frame
 from ..wire.kinds import KIND_BY_NUMBER, ROS, Body, Kind
 from ..wire.messages import AllowedUses
 from ..wire.opening_bodies import OPENING_KINDS, Close, Closed, Failure, Open, Opened
+from .downlink import Downlink
+from .graph import Graph, refused
 
 _MOST_OPENINGS = 64
 _MOST_REQUESTS = 16  # of an opening
@@ -24,22 +26,6 @@ _KINDS: dict[str, tuple[Kind, ...]] = {
     "service": (Kind.RESPONSE, Kind.FAILURE),
     "transform": (),
 }
-
-
-class Graph(Protocol):
-    """What carries out openings. No method waits; any thread may call."""
-
-    def resolve(self, wanted: Open) -> str:
-        """Returns the full name that the app means; raises ValueError if it is no name."""
-
-    def open(self, wanted: Open, name: str) -> Opened:
-        """Opens the resolved name, and returns the answer."""
-
-    def close(self, id: int) -> None:
-        """Ends an opening; nothing of it is sent any more."""
-
-    def received(self, frame: Frame) -> None:
-        """Takes a frame of an opening, whose body is valid during the call alone."""
 
 
 @dataclass
@@ -61,13 +47,16 @@ class Openings:
 
     Args:
         rules: what the user lets apps do.
+        graph: carries out what they open.
+        downlink: takes its messages.
 
     Attributes:
         late: frames of openings that have ended, and answers that nobody waits for.
     """
 
-    def __init__(self, rules: AppRules, graph: Graph) -> None:
+    def __init__(self, rules: AppRules, graph: Graph, downlink: Downlink) -> None:
         self.late = 0
+        self.downlink = downlink
         self._rules, self._graph = rules, graph
         self._lock = threading.Lock()
         self._is_joined = False
@@ -110,7 +99,8 @@ class Openings:
             if not is_full:
                 self._live[wanted.id] = opening = _Opening(wanted.kind)
         if is_full:
-            return _refused(wanted, f"{_MOST_OPENINGS} names are open, which are the most")
+            reason = f"{_MOST_OPENINGS} names are open, which are the most"
+            return refused(wanted, reason, "busy")
         answer = self._answer(wanted)
         with self._lock:
             if answer.result == "opened":
@@ -121,18 +111,18 @@ class Openings:
 
     def _answer(self, wanted: Open) -> Opened:
         if wanted.kind not in OPENING_KINDS:
-            return _refused(wanted, f"this receiver cannot open a {wanted.kind!r}")
+            return refused(wanted, f"this receiver cannot open a {wanted.kind!r}")
         if wanted.kind == "transform":
             name, key, rules = "/tf", "subscribe", self._rules.subscribe
         else:
             try:
                 name = self._graph.resolve(wanted)
             except ValueError as error:
-                return _refused(wanted, str(error))
+                return refused(wanted, str(error), "name")
             key, rules = self._rules_of(wanted.kind)
         if not rules.allow(name):
-            return _refused(wanted, f"no rule in app.{key} has {name}")
-        return self._graph.open(wanted, name)
+            return refused(wanted, f"no rule in app.{key} has {name}", "rules")
+        return self._graph.open(wanted, name, self.downlink)
 
     def _rules_of(self, kind: str) -> tuple[str, NameRules]:
         rules = self._rules
@@ -142,21 +132,30 @@ class Openings:
             "service": ("offer", rules.offer),
         }[kind]
 
-    def end(self, id: int, reason: str) -> Closed | None:
+    def end(self, id: int, reason: str, code: str | None = None) -> Closed | None:
         """Ends an opening, and returns the CLOSED to send; None if it has ended already."""
         with self._lock:
             if self._find(id, "CLOSE") is None:
                 return None
             del self._live[id]
+        self._close(id, "closed")
+        return Closed(id, reason, code)
+
+    def _close(self, id: int, reason: str) -> None:
         self._graph.close(id)
-        return Closed(id, reason)
+        self.downlink.close(id, reason)
+
+    def ended(self) -> list[Closed]:
+        """Ends what the graph has ended, and returns what to tell the app."""
+        found = (self.end(id, *ending) for id, ending in self.downlink.endings())
+        return [it for it in found if it is not None]
 
     def finish(self) -> None:
         """Ends all openings with their session."""
         with self._lock:
             ended, self._live = list(self._live), {}
         for id in ended:
-            self._graph.close(id)
+            self._close(id, "link_down")
 
     def sent(self, id: int, number: int) -> None:
         """Takes note of a MESSAGE that is sent."""
@@ -254,10 +253,6 @@ def _take(opening: _Opening, number: int) -> None:
 
 def _is_after(number: int, last: int) -> bool:
     return 0 < (number - last) % _NUMBERS < _NUMBERS // 2
-
-
-def _refused(wanted: Open, reason: str) -> Opened:
-    return Opened(wanted.id, "refused", reason=reason)
 
 
 def _unexpected(message: str) -> ProtocolError:

@@ -218,6 +218,7 @@ class Server:
         except OSError as error:
             fault = error.strerror or str(error)
         finally:
+            io.end_writer()
             # Else the next socket of this number could be written to
             with self._steps.output_lock:
                 io.transport.close()

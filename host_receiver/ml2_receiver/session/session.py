@@ -62,9 +62,8 @@ class Session:
         self.link_tests = LinkTests(instance.received_bytes)
         self.status: Status | None = None
         self.skipped_frames = 0
-        self._settings, self._act = settings, act
-        self.control = control
-        self.openings = control.openings = settings.openings(hello)
+        self._settings, self._act, self.control = settings, act, control
+        self.openings = control.openings = settings.openings(hello, instance.books)
         self._tickets = Tickets(settings.lanes(self.openings))
         self._open = {control}
         self._began_s = self._last_received_s = self._last_sent_s = now_s
@@ -247,6 +246,8 @@ class Session:
             self.finish(State.LOST, "a lane ended without BYE", Bye("a lane ended"))
         elif now_s - self._last_sent_s >= limits.ping_s:
             self._send(Kind.PING, None, now_s)
+        for closed in self.openings.ended() if self.openings else []:
+            self._send(Kind.CLOSED, closed, now_s)
 
     def fail(self, error: ProtocolError) -> None:
         """Ends the session with an ERROR on control."""

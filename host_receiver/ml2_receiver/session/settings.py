@@ -9,7 +9,9 @@ from ..table.stream_table import StreamTable
 from ..wire.frame import VERSION
 from ..wire.kinds import LINK_TEST, ROS_LANES, Kind
 from ..wire.messages import Hello, PeerLimits, Timeouts, Welcome
-from .openings import Graph, Openings
+from .downlink import Books, Downlink
+from .graph import Graph
+from .openings import Openings
 
 
 @dataclass(frozen=True)
@@ -53,11 +55,11 @@ class ReceiverSettings:
     graph: Graph | None = None
     table: StreamTable = field(default_factory=load_table)
 
-    def openings(self, hello: Hello) -> Openings | None:
+    def openings(self, hello: Hello, books: Books) -> Openings | None:
         """Returns the openings of a new session; None if one of the sides has none."""
         if self.graph is None or not hello.capabilities.ros:
             return None
-        return Openings(self.app, self.graph)
+        return Openings(self.app, self.graph, Downlink(books))
 
     def lanes(self, openings: Openings | None) -> tuple[str, ...]:
         """Returns the names of the lanes that can be joined in a session."""

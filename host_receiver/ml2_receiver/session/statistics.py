@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..table.stream_table import Topic
 from ..wire.frame import Header
 from ..wire.messages import ChannelStatus
+from .downlink import Books
 
 # The shares of a message's latency, between the columns of TopicStatistics.times_ns().
 SHARES = ("capture_to_sent", "sent_to_received", "received_to_published")
@@ -129,7 +130,8 @@ class Instance:
     """One run of a device's app. Instances are equal if both ids are.
 
     `topics` is keyed by topic name as in the stream table; `custom` has the topics that the device
-    named itself. `before` is what it had counted when this receiver met it.
+    named itself. `before` is what it had counted when this receiver met it. `books` are of what it
+    was sent.
     """
 
     device_id: str
@@ -137,6 +139,7 @@ class Instance:
     before: Mapping[str, ChannelStatus] = field(default_factory=dict, compare=False)
     topics: dict[str, TopicStatistics] = field(default_factory=dict, compare=False)
     custom: dict[str, Topic] = field(default_factory=dict, compare=False)
+    books: Books = field(default_factory=Books, compare=False)
 
     def received_bytes(self) -> int:
         """Returns the bytes of all payloads that arrived."""

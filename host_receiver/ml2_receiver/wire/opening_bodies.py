@@ -11,7 +11,7 @@ from .messages import check_text
 
 OPENING_KINDS = ("subscription", "client", "service", "transform")
 _NAME_CHARACTERS = 255
-_DEEPEST_QUEUE = 100
+DEFAULT_DEPTH, _DEEPEST_QUEUE = 10, 100
 _POSE = struct.Struct("<7dq")
 
 
@@ -56,6 +56,7 @@ class Opened(JsonBody):
     lane: Literal["ros", "bulk_1", "bulk_2", "bulk_3", "bulk_4"] | None = None
     latched: bool | None = None
     reason: str | None = None
+    code: str | None = None
     checked: Literal["hash", "layout", "no"] | None = None
 
     def __post_init__(self) -> None:
@@ -77,6 +78,7 @@ class Close(JsonBody):
 class Closed(JsonBody):
     id: int
     reason: str
+    code: str | None = None
 
     def __post_init__(self) -> None:
         _check_id(self.id)

@@ -1,0 +1,198 @@
+"""Carries out the openings of apps with ROS: subscriptions."""
+
+import threading
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Self
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from ..session.downlink import Downlink, Outlet
+from ..session.graph import refused
+from ..wire.frame import Frame
+from ..wire.opening_bodies import Open, Opened
+from .layout import Described, DifferentError, described
+from .node import RosNode
+from .raw_taker import RawTaker
+from .real_time import steady_timer
+
+_FOLLOW_S = 0.5
+_LEAST_DEPTH = 10
+# What a subscription that replaces another one may get again.
+_REMEMBERED = 1000
+
+
+@dataclass
+class _Heard:
+    """What was taken of a topic, so that nothing is delivered twice. Used by the taker's thread."""
+
+    recent: deque[tuple[int, int]] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
+    known: set[tuple[int, int]] = field(default_factory=set)
+    last: int | None = None
+
+    def is_new(self, message: tuple[int, int]) -> bool:
+        if message in self.known:
+            return False
+        if len(self.recent) == _REMEMBERED:
+            self.known.discard(self.recent[0])
+        self.recent.append(message)
+        self.known.add(message)
+        return True
+
+
+class _Subscription:
+    """One subscription of rclpy for an outlet; another one follows when publishers change."""
+
+    def __init__(self, outlet: Outlet, qos: QoSProfile, heard: _Heard) -> None:
+        self.type, self.topic, self.qos = outlet.type, outlet.name, qos
+        self.outlet, self.heard = outlet, heard
+
+    def take(self, payload: bytes, info: Mapping[str, int]) -> None:
+        source_ns, number = info["source_timestamp"], info["publication_sequence_number"]
+        if self.heard.is_new((source_ns, number)):
+            self.outlet.put(payload, source_ns)
+
+
+class RosGraph:
+    """A Graph whose subscriptions are those of a node of its own, `ml2_receiver_openings`.
+
+    Use it as a context manager. Thread-safe.
+
+    Args:
+        node: that of the receiver, whose names and remappings hold for apps, too.
+    """
+
+    def __init__(self, node: RosNode) -> None:
+        self._ros = node
+        self._lock = threading.Lock()
+        self._node: Node | None = None
+        self._taker: RawTaker | None = None
+        self._open: dict[int, tuple[_Subscription, Described]] = {}
+        steady_timer(node.parameters, _FOLLOW_S, self._follow)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._taker is not None and self._node is not None:
+            self._taker.stop()
+            self._node.destroy_node()
+
+    def resolve(self, wanted: Open) -> str:
+        try:
+            return self._ros.remapped(wanted.name or "")
+        except Exception as error:  # of several types
+            raise ValueError(f"{wanted.name!r} is no name of ROS: {error}") from error
+
+    def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
+        if wanted.kind != "subscription":
+            return refused(wanted, f"this receiver opens no {wanted.kind} yet")
+        if wanted.bulk:
+            return refused(wanted, "this receiver has no lanes for large messages yet")
+        type = wanted.type or ""
+        try:
+            own = described(type)
+        except ImportError as error:
+            return refused(wanted, f"{type} is not installed here: {error}", "type")
+        publishers = self._publishers(name)
+        try:
+            checked = own.compare(wanted.hash, wanted.layout)
+        except DifferentError as error:
+            return refused(wanted, str(error), "layout")
+        if (other := _other_type(own, publishers)) is not None:
+            return refused(wanted, f"{name}: {other}", "type")
+        outlet = downlink.outlet(wanted, name)
+        subscription = _Subscription(outlet, _qos(publishers, outlet.depth), _Heard())
+        with self._lock:
+            self._open[wanted.id] = subscription, own
+            self._running().add(subscription)
+        latched = _is_latched(subscription.qos)
+        return Opened(wanted.id, "opened", name=name, lane="ros", latched=latched, checked=checked)
+
+    def close(self, id: int) -> None:
+        with self._lock:
+            found = self._open.pop(id, None)
+            if found is not None:
+                self._running().remove(found[0])
+
+    def received(self, frame: Frame) -> None:
+        """Takes nothing: subscriptions get no frames on the lane ros."""
+
+    def _running(self) -> RawTaker:
+        """Returns the taker, made with its node when the first name is opened."""
+        if self._taker is None:
+            main = self._ros.parameters
+            self._node = rclpy.create_node(
+                f"{main.get_name()}_openings",
+                namespace=main.get_namespace(),
+                context=main.context,
+                use_global_arguments=False,
+                enable_rosout=False,
+                start_parameter_services=False,
+            )
+            self._taker = RawTaker(self._node, [], self._failed)
+        return self._taker
+
+    def _failed(self, topic: str, error: Exception) -> None:
+        with self._lock:
+            for subscription, _ in self._open.values():
+                if subscription.topic == topic:
+                    subscription.outlet.ending = f"{topic}: {error}", "type"
+
+    def _publishers(self, name: str) -> list[TopicEndpointInfo]:
+        return list(self._ros.parameters.get_publishers_info_by_topic(name))
+
+    def _follow(self) -> None:
+        """Opens subscriptions again whose publishers have another QoS now, ends others."""
+        with self._lock:
+            open = list(self._open.items())
+        for id, (old, own) in open:
+            publishers = self._publishers(old.topic)
+            if (other := _other_type(own, publishers)) is not None:
+                old.outlet.ending = f"{old.topic}: {other}", "type"
+            elif publishers and (qos := _qos(publishers, old.outlet.depth)) != old.qos:
+                self._replace(id, old, qos)
+
+    def _replace(self, id: int, old: _Subscription, qos: QoSProfile) -> None:
+        new = _Subscription(old.outlet, qos, old.heard)
+        with self._lock:
+            found = self._open.get(id)
+            if found is not None and found[0] is old:
+                self._open[id] = new, found[1]
+                self._running().replace(old, new)
+
+
+def _qos(publishers: list[TopicEndpointInfo], depth: int) -> QoSProfile:
+    """Returns what all publishers can serve; who serves less is not heard."""
+    of_all = [it.qos_profile for it in publishers]
+    is_reliable = all(it.reliability == ReliabilityPolicy.RELIABLE for it in of_all)
+    is_latched = all(it.durability == DurabilityPolicy.TRANSIENT_LOCAL for it in of_all)
+    return QoSProfile(
+        depth=max(depth, _LEAST_DEPTH),
+        reliability=ReliabilityPolicy.RELIABLE
+        if of_all and is_reliable
+        else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL
+        if of_all and is_latched
+        else DurabilityPolicy.VOLATILE,
+    )
+
+
+def _is_latched(qos: QoSProfile) -> bool:
+    return bool(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def _other_type(own: Described, publishers: list[TopicEndpointInfo]) -> str | None:
+    """Returns what is wrong if a publisher has another type, or another version of it."""
+    for it in publishers:
+        node = f"{it.node_namespace.rstrip('/')}/{it.node_name}"
+        if it.topic_type != own.type:
+            return f"{node} publishes {it.topic_type}, and the app wants {own.type}"
+        hash = str(it.topic_type_hash)
+        if own.hash and hash.startswith("RIHS01_") and hash != own.hash:
+            return f"{node} publishes {own.type} of {hash}, and this receiver has {own.hash}"
+    return None

@@ -1,0 +1,260 @@
+"""Messages of ROS on their way to the headset: numbers, books, queues, and what writes them."""
+
+import threading
+import time
+from collections import Counter, OrderedDict, deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from ..wire.frame import encode_frame
+from ..wire.kinds import ROS, Kind
+from ..wire.opening_bodies import DEFAULT_DEPTH, Open
+
+_MASK = (1 << 32) - 1
+_HALF = 1 << 31
+# What waits in all queues of a session together, in bytes.
+_MOST_WAITING_BYTES = 16 << 20
+# More than the buffers of a connection hold, unless each second message is left out.
+_MOST_RUNS = 512
+# Names and types of an instance whose numbers are remembered.
+_MOST_BOOKS = 256
+
+
+@dataclass
+class Book:
+    """What became of the messages of one name and type, over all sessions of an instance.
+
+    produced = sent + waiting + the sum of `dropped`. Used under the lock of Books.
+
+    Attributes:
+        first: the number of the first message.
+        missed: what ROS lost before the receiver took it, as far as its numbers show.
+        runs: first and last number of those sent, as far as they may still be on the way.
+    """
+
+    first: int
+    produced: int = 0
+    sent: int = 0
+    missed: int = 0
+    dropped: Counter[str] = field(default_factory=Counter)
+    runs: deque[list[int]] = field(default_factory=lambda: deque(maxlen=_MOST_RUNS))
+    users: int = 0
+
+    def number(self) -> int:
+        """Counts a message, and returns its number."""
+        number = (self.first + self.produced) & _MASK
+        self.produced += 1
+        return number
+
+    @property
+    def waiting(self) -> int:
+        """The messages in queues, and the one that is being written."""
+        return self.produced - self.sent - self.dropped.total()
+
+    def wrote(self, number: int) -> None:
+        """Counts a message as sent."""
+        self.sent += 1
+        if self.runs and self.runs[-1][1] == (number - 1) & _MASK:
+            self.runs[-1][1] = number
+        else:
+            self.runs.append([number, number])
+
+    def skip_to(self, expected: int) -> None:
+        """Gives no number below the one that a headset expects: it got those of others."""
+        if 0 < (expected - self.first - self.produced) & _MASK < _HALF:
+            self.first = (expected - self.produced) & _MASK
+
+    def resume(self, expected: int) -> None:
+        """Takes which number the headset expects next: what was sent of that and later is lost."""
+        lost = 0
+        for first, last in self.runs:
+            if (last - expected) & _MASK < _HALF:
+                begin = first if (first - expected) & _MASK < _HALF else expected
+                lost += ((last - begin) & _MASK) + 1
+        self.runs.clear()
+        self.sent -= lost
+        if lost:
+            self.dropped["link_down"] += lost
+
+
+class Books:
+    """The books of one instance. The lock is that of its books, and of what is queued."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self._books: OrderedDict[tuple[str, str], Book] = OrderedDict()
+
+    def open(self, name: str, type: str, expected: int) -> Book:
+        """Returns a book for one more opening, whose next number shall be at least `expected`."""
+        with self.lock:
+            book = self._books.setdefault((name, type), Book(expected))
+            self._books.move_to_end((name, type))
+            if not book.users:
+                book.resume(expected)
+            book.skip_to(expected)
+            book.users += 1
+            unused = [key for key, it in self._books.items() if not it.users]
+            for key in unused[: max(0, len(self._books) - _MOST_BOOKS)]:
+                del self._books[key]
+            return book
+
+    def leave(self, book: Book) -> None:
+        """Ends an opening of the book. Call it under the lock."""
+        book.users -= 1
+
+
+class _Message(NamedTuple):
+    source_ns: int
+    payload: bytes
+    number: int = 0
+
+
+class Outlet:
+    """Where the graph puts the messages of one subscription, from any thread.
+
+    Attributes:
+        name, type: those of the topic.
+        book: what became of its messages, together with those of an equal opening.
+        ending: why the graph has ended it, and the code of CLOSED; None before.
+    """
+
+    def __init__(self, downlink: "Downlink", wanted: Open, name: str) -> None:
+        self.id, self.name, self.type = wanted.id, name, wanted.type or ""
+        self.is_latest = wanted.keep != "all"
+        self.depth = 1 if self.is_latest else (wanted.depth or DEFAULT_DEPTH)
+        self.ending: tuple[str, str] | None = None
+        self.is_open = True
+        self.waiting: deque[_Message] = deque()
+        self._period_s = 1 / wanted.max_hz if wanted.max_hz else 0.0
+        self._due_s = 0.0
+        self._downlink = downlink
+        self.book = downlink.books.open(name, self.type, wanted.received or 0)
+
+    def put(self, payload: bytes, source_ns: int) -> None:
+        """Takes a message that begins with CDR_ENCAPSULATION, published at this ROS time.
+
+        Returns at once.
+        """
+        if not self._period_s or self._is_due(time.monotonic()):
+            self._downlink.put(self, _Message(source_ns, payload))
+
+    def _is_due(self, now_s: float) -> bool:
+        if now_s < self._due_s:
+            return False
+        # Half a period of patience keeps the mean rate of a publisher that is not steady.
+        self._due_s = max(self._due_s + self._period_s, now_s + self._period_s / 2)
+        return True
+
+    def miss(self, count: int) -> None:
+        """Counts messages that ROS lost."""
+        with self._downlink.books.lock:
+            self.book.missed += count
+
+
+class Downlink:
+    """The queues of one session, and the writer of its lane `ros`. Thread-safe.
+
+    A message takes the place of its opening's oldest one where the queue is full. The openings take
+    turns.
+    """
+
+    def __init__(self, books: Books) -> None:
+        self.books = books
+        self._changed = threading.Condition(books.lock)
+        self._outlets: dict[int, Outlet] = {}
+        self._turns: deque[Outlet] = deque()  # those with messages
+        self._waiting_bytes = 0
+        self._is_over = False
+
+    def outlet(self, wanted: Open, name: str) -> Outlet:
+        """Returns where to put the messages of a subscription, until close()."""
+        outlet = Outlet(self, wanted, name)
+        with self._changed:
+            self._outlets[outlet.id] = outlet
+        return outlet
+
+    def put(self, outlet: Outlet, message: _Message) -> None:
+        """Numbers a message, and queues it or counts why not."""
+        with self._changed:
+            if not outlet.is_open:
+                return
+            book, waiting = outlet.book, outlet.waiting
+            number, length = book.number(), len(message.payload)
+            if length > ROS.max_payload_bytes:
+                book.dropped["too_large"] += 1
+                return
+            if len(waiting) == outlet.depth:
+                self._drop_oldest(outlet, "superseded" if outlet.is_latest else "queue_full")
+            if self._waiting_bytes + length > _MOST_WAITING_BYTES:
+                book.dropped["queue_full"] += 1
+            else:
+                self._waiting_bytes += length
+                waiting.append(message._replace(number=number))
+            if waiting and outlet not in self._turns:
+                self._turns.append(outlet)
+                self._changed.notify()
+
+    def _drop_oldest(self, outlet: Outlet, reason: str) -> None:
+        self._waiting_bytes -= len(outlet.waiting.popleft().payload)
+        outlet.book.dropped[reason] += 1
+
+    def close(self, id: int, reason: str) -> None:
+        """Ends an opening, if it is a subscription; what waits is dropped for this reason."""
+        with self._changed:
+            outlet = self._outlets.pop(id, None)
+            if outlet is None:
+                return
+            outlet.is_open = False
+            self.books.leave(outlet.book)
+            while outlet.waiting:
+                self._drop_oldest(outlet, reason)
+
+    def endings(self) -> list[tuple[int, tuple[str, str]]]:
+        """Returns the openings that the graph has ended, with the reasons and codes of CLOSED."""
+        with self._changed:
+            outlets = self._outlets.values()
+            return [(it.id, it.ending) for it in outlets if it.ending is not None]
+
+    def stop(self) -> None:
+        """Ends write()."""
+        with self._changed:
+            self._is_over = True
+            self._changed.notify_all()
+
+    def write(self, send_all: Callable[[bytes], None]) -> None:
+        """Sends what is put, until stop() or until the connection is broken."""
+        while (taken := self._take()) is not None:
+            outlet, message = taken
+            frame = encode_frame(
+                Kind.MESSAGE,
+                message.payload,
+                channel=outlet.id,
+                sequence=message.number,
+                capture_ns=message.source_ns,
+                send_ns=time.time_ns(),
+            )
+            try:
+                send_all(frame)
+            except OSError:  # which the reader of the lane notices
+                with self._changed:
+                    outlet.book.dropped["link_down"] += 1
+                return
+            with self._changed:
+                outlet.book.wrote(message.number)
+
+    def _take(self) -> tuple[Outlet, _Message] | None:
+        with self._changed:
+            while not self._is_over:
+                if not self._turns:
+                    self._changed.wait()
+                    continue
+                outlet = self._turns.popleft()
+                if not outlet.waiting:
+                    continue
+                message = outlet.waiting.popleft()
+                self._waiting_bytes -= len(message.payload)
+                if outlet.waiting:
+                    self._turns.append(outlet)
+                return outlet, message
+            return None

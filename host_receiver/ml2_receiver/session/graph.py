@@ -1,0 +1,28 @@
+"""The interface of what carries out openings, the counterpart of Sink: ROS, later Zenoh."""
+
+from typing import Protocol
+
+from ..wire.frame import Frame
+from ..wire.opening_bodies import Open, Opened
+from .downlink import Downlink
+
+
+class Graph(Protocol):
+    """What carries out openings. No method waits; any thread may call."""
+
+    def resolve(self, wanted: Open) -> str:
+        """Returns the full name that the app means; raises ValueError if it is no name."""
+
+    def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
+        """Opens the resolved name, and returns the answer; messages go into an outlet."""
+
+    def close(self, id: int) -> None:
+        """Ends an opening; nothing of it is sent any more."""
+
+    def received(self, frame: Frame) -> None:
+        """Takes a frame of an opening, whose body is valid during the call alone."""
+
+
+def refused(wanted: Open, reason: str, code: str | None = None) -> Opened:
+    """Returns the answer that refuses an opening; PROTOCOL.md has the codes."""
+    return Opened(wanted.id, "refused", reason=reason, code=code)
