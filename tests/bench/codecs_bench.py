@@ -19,9 +19,9 @@ from typing import Any
 
 from frame_memory import read_frame_memory, record_frame_memory
 from links import NOISE, NOISY
-from load_run import draw_images, load_run
+from load_run import load_run
 from other_programs import collect, streaming
-from processes import PREFIX, ROOT
+from processes import PREFIX, ROOT, draw_images
 from simulation import compressed_config, raw_config
 
 RESULTS = ROOT / "build" / "bench"
@@ -57,7 +57,7 @@ def _stream(folder: Path, duration_s: float) -> dict[str, Any]:
     config = folder / "compressed.yaml"
     config.write_text(compressed_config())
     logs = RESULTS / "codecs_run"
-    draw_images(config, logs, NOISY)
+    draw_images(config, NOISY, logs)
     mapped = record_frame_memory(folder)
     (loaded,) = load_run(config, logs, duration_s, headset_options=NOISY)
     memory = read_frame_memory(mapped)

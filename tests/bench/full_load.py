@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from configurations import only
-from load_run import Loaded, draw_images, load_run
-from processes import ROOT, paired
+from load_run import Loaded, load_run
+from processes import ROOT, draw_images, paired
 from simulation import STILL, raw_config
 
 RESULTS = ROOT / "build" / "bench"
@@ -42,7 +42,7 @@ def main(duration_s: float) -> None:
         logs = RESULTS / "full_load"
         raw = folder / "raw.yaml"
         raw.write_text(raw_config())
-        draw_images(raw, logs)
+        draw_images(raw, (), logs)
         (loaded,) = load_run(raw, logs, duration_s)
         _write("full_load", _summary(loaded))
         (loaded,) = load_run(raw, logs, duration_s, security=paired(folder))
@@ -53,7 +53,7 @@ def main(duration_s: float) -> None:
         _write("full_load_recorded", _summary(loaded) | {"recorded_mb_per_s": rate})
         config = folder / "one_camera.yaml"
         config.write_text(ONE_CAMERA)
-        draw_images(config, logs, STILL)
+        draw_images(config, STILL, logs)
         each = load_run(config, logs, duration_s / 4, NAMES, headset_options=STILL)
         results = {name: _summary(it) for name, it in zip(NAMES, each, strict=True)}
         _write("four_headsets", results)

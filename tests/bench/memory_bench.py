@@ -23,7 +23,8 @@ from pathlib import Path
 
 from frame_memory import read_frame_memory, record_frame_memory
 from full_load import RESULTS
-from load_run import draw_images, load_run
+from load_run import load_run
+from processes import draw_images
 from simulation import raw_config
 
 _JAVA_OPTIONS = (
@@ -40,7 +41,7 @@ def main(duration_s: float) -> None:
     with tempfile.TemporaryDirectory(prefix="ml2_memory") as name:
         config = Path(name) / "everything.yaml"
         config.write_text(re.sub(r"(confidence|flags): false", r"\1: true", raw_config()))
-        draw_images(config, logs)
+        draw_images(config, (), logs)
         mapped = record_frame_memory(Path(name))
         os.environ["JAVA_TOOL_OPTIONS"] = _JAVA_OPTIONS
         (loaded,) = load_run(config, logs, duration_s)

@@ -12,7 +12,8 @@ import sys
 from typing import Any
 
 from full_load import RESULTS
-from load_run import Usage, draw_images, load_run
+from load_run import Usage, load_run
+from processes import draw_images
 from simulation import raw_config
 
 
@@ -21,7 +22,7 @@ def main(duration_s: float) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     config = folder / "config.yaml"
     config.write_text(raw_config())
-    draw_images(config, folder)
+    draw_images(config, (), folder)
     (loaded,) = load_run(config, folder, duration_s)
     results = {
         "duration_s": loaded.duration_s,

@@ -30,10 +30,11 @@ from rclpy.qos import qos_profile_sensor_data
 
 from load_run import Usage, growth
 from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_tools.bags.decoding import decoder
 from ml2_tools.live.diagnostics_node import DiagnosticsNode
-from ml2_tools.live.raw_taker import RawSubscription, RawTaker
+from ml2_tools.live.faults import Faults
 from ml2_tools.monitoring.topic_table import topic_figures
 from processes import (
     PREFIX,
@@ -126,7 +127,7 @@ def main(duration_s: float) -> None:
         diagnostics = DiagnosticsNode()
         stack.callback(diagnostics.close)
         node = stack.enter_context(tool_node("view_bench"))
-        stack.callback(RawTaker(node, [stamps.subscription()]).stop)
+        stack.callback(RawTaker(node, [stamps.subscription()], Faults().add).stop)
         client = Client(address)
         _run(client, _WARM_UP_S)
         client.images.clear()

@@ -51,6 +51,12 @@ def note(config: Path, options: Sequence[str]) -> Path | None:
     return _CACHE / f"drawn-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
 
+def forget(config: Path, options: Sequence[str]) -> None:
+    """Has the images of a run drawn again before the next one: its cache has lost some."""
+    if drawn := note(config, options):
+        drawn.unlink(missing_ok=True)
+
+
 def _lasting(options: Sequence[str]) -> list[str]:
     """Returns the options that decide what the images are."""
     pairs = zip(options[::2], options[1::2], strict=True)

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from left_out import left_out
 from ml2_receiver.table.reader import load_table
 from observed_topic import START_S
 from processes import (
@@ -44,9 +43,6 @@ _DEPTH = 1000
 # The headset reports its drops with this period.
 _STATUS_S = 1.0
 _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
-# Longer than the simulated trajectory.
-_DRAWING_S = 5.0
-_MOST_DRAWING_RUNS = 20
 
 
 @dataclass
@@ -143,24 +139,6 @@ class Loaded:
                 known = slowest[phase].setdefault(seen["stream"], latency)
                 slowest[phase][seen["stream"]] = max(known, latency, key=lambda it: it["p99"])
         return slowest
-
-
-def draw_images(config: Path, folder: Path, headset_options: tuple[str, ...] = ()) -> None:
-    """Runs the simulated headset until it has drawn all its images, before a measurement.
-
-    Raises:
-        RuntimeError: this machine is too busy.
-    """
-    for _ in range(_MOST_DRAWING_RUNS):
-        load_run(config, folder, _DRAWING_S, headset_options=headset_options)
-        if not has_drawn(folder):
-            return
-    raise RuntimeError("this machine is too busy to draw the images of the simulated headset")
-
-
-def has_drawn(folder: Path) -> bool:
-    """Returns True if the only headset of a run left out captures to draw images."""
-    return bool(left_out(folder / "one" / "headset.log"))
 
 
 def load_run(

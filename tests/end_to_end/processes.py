@@ -157,8 +157,7 @@ def receive(
         takes_part = more or {"link", "on_snapshot", "is_enough"} & options.keys()
         if takes_part or not left_out(folder / "headset.log"):
             break
-        if drawn := drawing.note(config, headset_options):
-            drawn.unlink(missing_ok=True)
+        drawing.forget(config, headset_options)
     return received
 
 
@@ -225,6 +224,7 @@ def draw_images(
     note = drawing.note(config, headset_options)
     if note is None or note.exists():
         return
+    folder.mkdir(parents=True, exist_ok=True)
     environment = isolated_environment()
     command = receive_command(config, "127.0.0.1:0", *receiver_options, security=security)
     log = folder / "drawing.log"

@@ -17,7 +17,8 @@ from pathlib import Path
 import rclpy
 from rclpy.qos import QoSProfile
 
-from ml2_tools.live.raw_taker import RawSubscription, RawTaker
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
+from ml2_tools.live.faults import Faults
 from waiting import LIMIT_S
 
 _POLL_S = 0.1
@@ -32,7 +33,7 @@ def main(types: dict[str, str], count: int, output: Path) -> None:
         RawSubscription(type, topic, QoSProfile(depth=_DEPTH), taken[topic].append)
         for topic, type in types.items()
     ]
-    taker = RawTaker(node, subscriptions)
+    taker = RawTaker(node, subscriptions, Faults().add)
     deadline_s = time.monotonic() + LIMIT_S
     pause = threading.Event()
     while min(map(len, taken.values())) < count and time.monotonic() < deadline_s:
