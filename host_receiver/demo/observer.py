@@ -31,11 +31,12 @@ from std_srvs.srv import Trigger
 
 from contact_sheet import write_contact_sheet
 from ml2_receiver.ros.fastdds import apply_default_profile
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.ros.spinning import spin_until, wake
 from ml2_receiver.topics.adaptation import ADAPTATION
 from ml2_receiver.topics.plain_messages import status_name
 from ml2_receiver.topics.stamps import stamp_reader
-from ml2_tools.live.raw_taker import RawSubscription, RawTaker
+from ml2_tools.live.faults import Faults
 from observed_topic import Observed
 
 RECEIVER_NODE = "/ml2_receiver"
@@ -98,7 +99,7 @@ class Observer(Node):
             for topic in answer["topics"]
         ]
         if wanted:
-            self._taker = RawTaker(self._raw_node, wanted)
+            self._taker = RawTaker(self._raw_node, wanted, Faults().add)
         self.is_configured.set()
 
     def _subscription(self, stream: str, topic: dict[str, str]) -> RawSubscription:

@@ -4,6 +4,7 @@ import threading
 import time
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -18,7 +19,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 from rclpy.node import Node
 
 from configurations import only
-from ml2_tools.live.raw_taker import RawSubscription, RawTaker
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_tools.monitoring import latency_node
 
 MS = 1_000_000
@@ -66,14 +67,14 @@ def test_it_shows_where_the_time_goes(device: MockDevice) -> None:
 class EagerTaker(RawTaker):
     """Calls back before it is made."""
 
-    def __init__(self, node: Node, subscriptions: list[RawSubscription]) -> None:
+    def __init__(self, node: Node, subscriptions: list[RawSubscription], failed: Any) -> None:
         called = threading.Event()
 
         def call(payload: bytes) -> None:
             called.set()
             subscriptions[0].callback(payload)
 
-        super().__init__(node, [replace(subscriptions[0], callback=call)])
+        super().__init__(node, [replace(subscriptions[0], callback=call)], failed)
         assert called.wait(LIMIT_S)
         self._thread.join(0.2)  # time to fail in
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -68,7 +68,7 @@ class RawTaker:
     def __init__(
         self,
         node: Node,
-        subscriptions: list[Taking],
+        subscriptions: Sequence[Taking],
         failed: Callable[[str, Exception], None],
         pause_s: float = 0,
     ) -> None:

@@ -13,12 +13,13 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.ros.context import count_publishers, tool_node
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.table.stream_table import Qos
 
 from ..errors import EvaluationError
 from ..geometry.transform_tree import STATIC_DEPTH
 from ..images.image_topic import image_topics
-from ..live.raw_taker import RawSubscription, RawTaker
+from ..live.faults import Faults
 from .sequence import Parts, Sequence
 
 _IMAGES_DEPTH = 60
@@ -68,6 +69,7 @@ def record_live(
                 RawSubscription(type, name, _qos(name), partial(take, name))
                 for name, type in parts.types.items()
             ],
+            Faults().add,
         )
         try:
             _await(lambda: parts.camera() is not None, missing, stopping)

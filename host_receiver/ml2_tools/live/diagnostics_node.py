@@ -14,9 +14,10 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from ml2_receiver.errors import NO_RECEIVER_HINT, RosError
 from ml2_receiver.printable import printable
 from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 
 from .diagnostics import TYPE, Rows, read_diagnostics
-from .raw_taker import RawSubscription, RawTaker
+from .faults import Faults
 
 _DEPTH = 10
 _LONGEST_SERVICE = "set_parameters_atomically"
@@ -41,7 +42,7 @@ class DiagnosticsNode:
         subscription = RawSubscription(
             TYPE, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed
         )
-        self._closing.callback(RawTaker(node, [subscription]).stop)
+        self._closing.callback(RawTaker(node, [subscription], Faults().add).stop)
 
     def close(self) -> None:
         """Ends the node; nothing may be called after."""

@@ -9,10 +9,11 @@ from rclpy.qos import QoSProfile
 
 from ml2_receiver.errors import RosError
 from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.stamps import stamp_reader
 
 from ..live.diagnostics import TYPE, Diagnosed, read_diagnostics
-from ..live.raw_taker import RawSubscription, RawTaker
+from ..live.faults import Faults
 from .latency import Breakdown, TopicLatency
 
 # As many messages as a window has. On a busy machine this subscriber must show the delay and not
@@ -44,7 +45,7 @@ class LatencyNode:
             TYPE, "/diagnostics", QoSProfile(depth=_DEPTH), self._take_diagnostics
         )
         with self._lock:  # _take_diagnostics() needs _taker, and may be called at once
-            self._taker = RawTaker(node, [rows])
+            self._taker = RawTaker(node, [rows], Faults().add)
         self._closing.callback(self._taker.stop)
 
     def close(self) -> None:

@@ -12,10 +12,10 @@ from rclpy.context import Context
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 
 from ..geometry.transform_tree import STATIC_DEPTH
 from ..live.diagnostics import TYPE, read_diagnostics
-from ..live.raw_taker import RawSubscription, RawTaker
 from ..monitoring.topic_table import Rows
 from .losses import RecentLosses
 from .plots import CLOCK, THROUGHPUT, clock_uncertainty_ms, received_mbit_per_s
@@ -71,7 +71,7 @@ class LiveSource:
 
         rows = RawSubscription(TYPE, "/diagnostics", QoSProfile(depth=_DEPTH), diagnosed)
         with starting:
-            self._taker = RawTaker(self._node, [rows], _PAUSE_S, view.faults)
+            self._taker = RawTaker(self._node, [rows], view.faults.add, _PAUSE_S)
         self._closing.callback(self._taker.stop)
 
     def close(self) -> None:
