@@ -113,3 +113,14 @@ def test_the_same_sources_make_the_same_bytes_elsewhere(tmp_path: Path) -> None:
     for name in ["ml2-sensors", "ml2-sensors-unity"]:
         again = tmp_path / "build" / "aar" / f"{name}-{VERSION}.aar"
         assert again.read_bytes() == (PACKAGES / again.name).read_bytes(), again.name
+
+
+def test_the_library_is_the_one_that_was_linked(package: Package) -> None:
+    packed = package.folder / "jni" / "x86_64" / "libml2sensors.so"
+    linked = ROOT / "build" / "native" / "device" / "libml2sensors.so"
+    assert packed.read_bytes() == linked.read_bytes()
+
+
+def test_the_library_needs_and_shows_nothing_unexpected() -> None:
+    """Libraries needed, symbols imported and exported."""
+    assert run(ROOT / "native" / "device" / "check.sh") == ""
