@@ -148,3 +148,9 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}
     return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def check_text(key: str, text: str, max_length: int) -> None:
+    """Raises ValueError if `text` is too long or could move a terminal's cursor."""
+    if not 1 <= len(text) <= max_length or not text.isprintable():
+        raise ValueError(f"{key}: expected 1 to {max_length} printable characters")

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from .json_body import JsonBody, Scalar
+from .json_body import JsonBody, Scalar, check_text
+from .opening_bodies import SubscriptionStatus
 
 _NAME_CHARACTERS = 64
 _ID_CHARACTERS = 128
@@ -222,6 +223,7 @@ class Status(JsonBody):
     clock: ClockStatus
     thermal: Thermal | None = None
     streams: Mapping[str, StreamStatus] | None = None
+    openings: Mapping[str, SubscriptionStatus] | None = None
 
 
 @dataclass(frozen=True)
@@ -288,9 +290,3 @@ class Paired(JsonBody):
         check_text("name", self.name, _NAME_CHARACTERS)
         if not 1 <= self.port <= 0xFFFF:
             raise ValueError(f"port: expected 1 to 65535, found {self.port}")
-
-
-def check_text(key: str, text: str, max_length: int) -> None:
-    """Raises ValueError if `text` is too long or could move a terminal's cursor."""
-    if not 1 <= len(text) <= max_length or not text.isprintable():
-        raise ValueError(f"{key}: expected 1 to {max_length} printable characters")

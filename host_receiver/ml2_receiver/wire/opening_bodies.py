@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from ..errors import ErrorCode, ProtocolError
-from .json_body import JsonBody
-from .messages import check_text
+from .json_body import JsonBody, check_text
 
 OPENING_KINDS = ("subscription", "client", "service", "transform")
 _NAME_CHARACTERS = 255
@@ -82,6 +81,21 @@ class Closed(JsonBody):
 
     def __post_init__(self) -> None:
         _check_id(self.id)
+
+
+@dataclass(frozen=True)
+class SubscriptionStatus:
+    """The device's counters of a subscription, since its app asked for it."""
+
+    received: int
+    taken: int
+    superseded: int
+    queue_full: int
+    undecodable: int
+
+    def __post_init__(self) -> None:
+        if min(vars(self).values()) < 0:
+            raise ValueError("counts are not negative")
 
 
 @dataclass(frozen=True)
