@@ -58,7 +58,7 @@ def test_the_examples_of_the_readme_were_compiled(sample: Path) -> None:
         for text in blocks((library / "README.md").read_text(), "kotlin")
         if ".gradle.kts" not in text
     ]
-    assert len(examples) == 3
+    assert len(examples) == 4
     assert [text for text in examples if without_spacing(text) not in compiled] == []
 
 

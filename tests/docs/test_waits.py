@@ -24,7 +24,7 @@ _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| [^|]+ \| [^|]+ \|$", re.MULTIL
 
 def in_code() -> set[tuple[str, str]]:
     kotlin = ROOT / _KOTLIN
-    packages = [kotlin / name for name in ("android", "stream", "session", "unity")]
+    packages = [kotlin / name for name in ("android", "stream", "ros", "session", "unity")]
     files = [file for package in packages for file in package.glob("*.kt")]
     files += [kotlin / "source/PlatformCalls.kt", kotlin / "capture/SensorThread.kt"]
     native = [ROOT / "native" / name for name in ("sdk", "sources", "openxr")]

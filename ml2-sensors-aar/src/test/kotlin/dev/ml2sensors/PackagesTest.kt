@@ -79,6 +79,7 @@ class PackagesTest {
             setOf("transport"),
             setOf("session"),
             setOf("pairing"),
+            setOf("ros"),
             setOf("stream"),
             setOf("android"),
             setOf("unity"),

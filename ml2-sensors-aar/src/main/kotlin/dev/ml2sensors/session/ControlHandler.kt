@@ -148,6 +148,7 @@ internal class ControlHandler(
                 hostClock.toBody(streams.timestampBases),
                 streams.thermal,
                 streams.streamStates,
+                openings?.counts().orEmpty(),
             ),
         )
     }

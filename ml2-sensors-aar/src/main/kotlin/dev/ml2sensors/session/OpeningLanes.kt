@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.wire.Close
 import dev.ml2sensors.wire.Closed
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.Frame
@@ -7,6 +8,7 @@ import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Open
 import dev.ml2sensors.wire.Opened
 import dev.ml2sensors.wire.RosLanes
+import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
@@ -14,8 +16,23 @@ import kotlinx.coroutines.withTimeoutOrNull
 import java.nio.channels.ClosedChannelException
 import kotlin.time.Duration
 
-/** What the app of a session has [wanted], and what takes the frames that come for it. */
-internal class AppOpenings(val wanted: List<Open>, val deliver: (Frame) -> Unit)
+/** The openings of an app, over all sessions. Called by several threads; nothing but [serve] waits. */
+internal interface AppOpenings {
+    /** Opens and closes on [lanes] until the session ends; null is a session whose receiver serves no openings. */
+    suspend fun serve(lanes: OpeningLanes?)
+
+    /** Takes the answer to an OPEN. */
+    fun opened(answer: Opened)
+
+    /** Takes the end of an opening. */
+    fun closed(end: Closed)
+
+    /** Takes a frame of an opening; returns false if the app has closed it. */
+    fun take(frame: Frame): Boolean
+
+    /** Returns the counters of the present session's subscriptions by id, as in STATUS. */
+    fun counts(): Map<String, Status.OpeningCounts>
+}
 
 /**
  * The lanes of the openings of a session: `ros` for small frames and `bulk_1` to `bulk_4` for large messages, each with
@@ -32,22 +49,29 @@ internal class OpeningLanes(
 ) {
     private val connections = HashMap<String, Connection>()
     private val joining = Mutex()
-    private val openings = Openings(app.deliver)
+    private val openings = Openings(app::take)
 
-    /** Opens what the app wants. */
-    suspend fun open() {
+    suspend fun open(wanted: Open) {
         join(RosLanes.ROS)
-        for (wanted in app.wanted) {
-            openings.asks(wanted)
-            control.write(FrameKind.OPEN, wanted)
-        }
+        openings.asks(wanted)
+        control.write(FrameKind.OPEN, wanted)
     }
+
+    suspend fun close(id: Int): Unit = control.write(FrameKind.CLOSE, Close(id))
+
+    /** As [AppOpenings.counts]. */
+    fun counts(): Map<String, Status.OpeningCounts> = app.counts()
 
     /** Takes an OPENED or CLOSED; never waits. */
     fun received(frame: Frame) {
-        if (frame.kind == FrameKind.CLOSED) return openings.closed(ControlJson.decode<Closed>(frame.body))
+        if (frame.kind == FrameKind.CLOSED) {
+            val end = ControlJson.decode<Closed>(frame.body)
+            openings.closed(end)
+            return app.closed(end)
+        }
         val opened = ControlJson.decode<Opened>(frame.body)
         openings.opened(opened)
+        app.opened(opened)
         if (opened.isOpen && opened.lane != null && opened.lane != RosLanes.ROS) launch { join(opened.lane) }
     }
 
@@ -82,7 +106,7 @@ internal class OpeningLanes(
     }
 
     companion object {
-        /** What the receiver sends on the control lane. */
+        /** The kinds that the receiver sends on the control lane. */
         val ON_CONTROL: Set<FrameKind> = setOf(FrameKind.OPENED, FrameKind.CLOSED)
         private val ON_BULK = setOf(FrameKind.MESSAGE)
         private val ON_ROS =

@@ -16,9 +16,9 @@ import dev.ml2sensors.wire.printable
 /**
  * The openings of one session, and which frames of the receiver they allow; PROTOCOL.md, Openings. Thread-safe.
  *
- * @param deliver receives each frame that an opening is to have.
+ * @param deliver takes each frame that an opening is to have; returns false if the app has closed the opening.
  */
-internal class Openings(private val deliver: (Frame) -> Unit) {
+internal class Openings(private val deliver: (Frame) -> Boolean) {
     /** Numbers are the last of their kind, null before any. [lane] is that of OPENED, or of a frame that came before. */
     private class Opening(val kind: String) {
         var lane: String? = null
@@ -45,7 +45,9 @@ internal class Openings(private val deliver: (Frame) -> Unit) {
     @Synchronized
     fun asks(wanted: Open) {
         require(used.add(wanted.id)) { "the opening ${wanted.id} was used in this session" }
-        live[wanted.id] = Opening(wanted.kind)
+        val opening = Opening(wanted.kind)
+        opening.message = wanted.received?.takeIf { it > 0 }?.let { (it - 1).toInt() }
+        live[wanted.id] = opening
     }
 
     /** Takes note of a REQUEST before it is sent. */
@@ -116,7 +118,7 @@ internal class Openings(private val deliver: (Frame) -> Unit) {
                 else -> Unit
             }
         }
-        deliver(frame)
+        if (!deliver(frame)) synchronized(this) { late++ }
         return null
     }
 
@@ -192,7 +194,7 @@ internal class Openings(private val deliver: (Frame) -> Unit) {
         val TOO_MANY = Failure(Failure.BUSY, "too many requests are under way")
         val ENCAPSULATION = listOf<Byte>(0, 1, 0, 0)
 
-        /** What the receiver may send in an opening of each kind. */
+        /** The kinds of frames that the receiver may send in an opening of each kind. */
         val KINDS = mapOf(
             Open.SUBSCRIPTION to setOf(FrameKind.MESSAGE),
             Open.CLIENT to setOf(FrameKind.RESPONSE, FrameKind.FAILURE),

@@ -31,7 +31,7 @@ import kotlin.time.Duration.Companion.seconds
  * One session from HELLO to its end, on the device's side; PROTOCOL.md, Connecting. Owns the session's connections;
  * lanes and streams outlive it.
  *
- * @param app what its app opens, if the receiver serves openings; null if HELLO does not say `ros`.
+ * @param app the openings of its app; null if HELLO does not say `ros`.
  */
 internal class Session(
     private val receiver: ReceiverAddress,
@@ -92,7 +92,7 @@ internal class Session(
         val listening = launchPart(control) { handler.handleFrames(joining) }
         val timeLane = TimeLane(joining.await(), deviceClock, hostClock, lanes.pacing)
         val comparing = launchPart(control) { timeLane.run() }
-        launchPart(control) { openings?.open() }
+        launchPart(control) { app?.serve(openings) }
         launchPart(control) { streams.follow(lanes.pacing) }
         launchPart(control) { handler.reportFailures() }
         launchPart(control) { handler.reportAdditions() }

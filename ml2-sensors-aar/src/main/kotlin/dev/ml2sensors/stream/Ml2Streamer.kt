@@ -1,8 +1,14 @@
 package dev.ml2sensors.stream
 
 import dev.ml2sensors.Version
+import dev.ml2sensors.cdr.Cdr
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.ros.Keep
+import dev.ml2sensors.ros.Received
+import dev.ml2sensors.ros.SubscriptionException
+import dev.ml2sensors.ros.Subscriptions
 import dev.ml2sensors.session.Receiver
+import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.Session
 import dev.ml2sensors.session.toBody
 import dev.ml2sensors.session.unlessStopped
@@ -20,12 +26,15 @@ import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.SupervisorJob
 import kotlinx.coroutines.cancel
+import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.StateFlow
 import kotlinx.coroutines.flow.asStateFlow
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.withTimeoutOrNull
+import kotlinx.serialization.KSerializer
 import java.io.IOException
+import java.nio.ByteBuffer
 import java.util.UUID
 import java.util.concurrent.atomic.AtomicBoolean
 import kotlin.time.Duration.Companion.seconds
@@ -51,6 +60,7 @@ public class Ml2Streamer(
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default + failing)
     private val hostClock = HostClock(headset.clock)
     private val active = ActiveStreams(headset.withoutUnprotectedEyeImages(security), hostClock, scope)
+    private val subscriptions = Subscriptions()
     private val stopReason = CompletableDeferred<String>()
     private val mutableState = MutableStateFlow<StreamerState>(StreamerState.Connecting(reason = null))
     private val instanceId = UUID.randomUUID().toString()
@@ -71,6 +81,33 @@ public class Ml2Streamer(
      * @throws IllegalStateException if there are already 32, the most for one run of the app.
      */
     public fun publisher(name: String, type: String): TopicPublisher = active.publisher(name, type)
+
+    /**
+     * Receives the messages of a ROS [topic] while the flow is collected. The receiver's user has to allow the topic
+     * (`app.subscribe`). Messages of before [start] and of outages do not come, except those that the topic keeps for
+     * late subscribers; such come again after each outage. No other message comes twice. The flow ends with the
+     * streamer. Each collector has a subscription of its own, at most 64 at a time, and decodes in its own coroutine.
+     * A message of more than 64 KiB, and one that is not CDR of the type, is left out and counted.
+     *
+     * @param serializer of a class as [Cdr] describes it, whose `@SerialName` is the ROS type, such as
+     * `sensor_msgs/msg/JointState`. The receiver compares the order and types of the fields with those of the ROS type.
+     * @param keep the messages that wait for a collector that is slower than the topic.
+     * @return a flow that fails with [SubscriptionException] if the receiver refuses the topic or withdraws it. The loss
+     * of the connection does not end it.
+     * @throws IllegalArgumentException if the class is not named after a ROS type, or has no CDR.
+     */
+    public fun <T> subscribe(
+        topic: String,
+        serializer: KSerializer<T>,
+        keep: Keep = Keep.Latest,
+    ): Flow<Received<T>> = subscriptions.subscribe(topic, serializer, keep)
+
+    /**
+     * As the other one, for a [type] without a class: a message is its CDR, encapsulation header included. Bytes may
+     * follow behind the message. The receiver cannot compare the fields.
+     */
+    public fun subscribe(topic: String, type: String, keep: Keep = Keep.Latest): Flow<Received<ByteBuffer>> =
+        subscriptions.subscribe(topic, type, keep)
 
     /**
      * Returns the ROS time in ns of what was captured at [captureNanos] on the headset's clock, for the header of a
@@ -107,7 +144,7 @@ public class Ml2Streamer(
             ending.cancel()
             reporting.cancel()
             active.stopSources()
-            mutableState.value = StreamerState.Ended(stopReason.await())
+            ended()
         }
     }
 
@@ -128,7 +165,12 @@ public class Ml2Streamer(
             withTimeoutOrNull(ABORT_LIMIT) { job.join() }
         }
         scope.cancel()
+        ended()
+    }
+
+    private suspend fun ended() {
         mutableState.value = StreamerState.Ended(stopReason.await())
+        subscriptions.end()
     }
 
     private suspend fun stayConnected() {
@@ -138,7 +180,7 @@ public class Ml2Streamer(
             var welcomed: TimeMark? = null
             try {
                 val address = unlessStopped(stopReason) { receiver.locate() } ?: break
-                Session(address, security, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
+                session(address).run(hello(), stopReason) { name ->
                     welcomed = TimeSource.Monotonic.markNow()
                     mutableState.value = StreamerState.Connected(name)
                 }
@@ -156,13 +198,16 @@ public class Ml2Streamer(
         }
     }
 
+    private fun session(receiver: ReceiverAddress) =
+        Session(receiver, security, headset.clock, hostClock, active, app = subscriptions)
+
     private fun hello() = Hello(
         listOf(FrameHeader.VERSION),
         headset.identity.deviceId,
         instanceId,
         headset.identity.name,
         software = "ml2-sensors ${Version.NAME}",
-        Hello.Capabilities(active.capabilities),
+        Hello.Capabilities(active.capabilities, ros = true),
         headset.permissions,
         active.counts(),
     )

@@ -123,6 +123,7 @@ public class Status internal constructor(
     internal val clock: Clock,
     internal val thermal: String? = null,
     internal val streams: Map<String, Stream> = emptyMap(),
+    internal val openings: Map<String, OpeningCounts> = emptyMap(),
 ) {
     /** The state of one requested stream. */
     @Serializable
@@ -154,6 +155,16 @@ public class Status internal constructor(
         public val produced: Long,
         public val sent: Long,
         public val dropped: Map<String, Long>,
+    )
+
+    /** The counters of a subscription since the app asked for it; the rest of [received] waits in its queue. */
+    @Serializable
+    internal class OpeningCounts(
+        val received: Long,
+        val taken: Long,
+        val superseded: Long,
+        @SerialName("queue_full") val queueFull: Long,
+        val undecodable: Long,
     )
 
     /**

@@ -35,10 +35,11 @@ internal class Open(
 internal class Opened(
     val id: Int,
     val result: String,
-    val name: String? = null,
     val lane: String? = null,
-    val latched: Boolean = false,
     val reason: String? = null,
+    val code: String? = null,
+    val name: String? = null,
+    val latched: Boolean = false,
     val checked: String? = null,
 ) {
     val isOpen: Boolean get() = result == OPENED
@@ -63,7 +64,7 @@ internal class Opened(
 internal class Close(val id: Int)
 
 @Serializable
-internal class Closed(val id: Int, val reason: String) {
+internal class Closed(val id: Int, val reason: String, val code: String? = null) {
     init {
         requireId(id)
     }

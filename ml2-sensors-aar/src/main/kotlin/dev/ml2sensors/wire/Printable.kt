@@ -27,7 +27,8 @@ internal fun violation(name: String, software: String? = null): String? = when {
     else -> null
 }
 
-private fun isShort(text: String, most: Int): Boolean =
+/** True for a text of 1 to [most] printable characters. */
+internal fun isShort(text: String, most: Int): Boolean =
     text.codePointCount(0, text.length) in 1..most && text.codePoints().allMatch(::isPrintable)
 
 private fun escaped(character: Int): String = when {

@@ -2,8 +2,8 @@ package dev.ml2sensors.conformance
 
 import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.clock.HostClock
-import dev.ml2sensors.session.AppOpenings
 import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.ListedOpenings
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.Session
 import dev.ml2sensors.source.Answer
@@ -79,7 +79,7 @@ class MalformedVectorTest {
     }
 }
 
-private val OPENINGS = VectorHost.OPENINGS.map { Json.decodeFromJsonElement<Open>(it) }
+private val OPENINGS = VectorHost.OPENINGS.map { Json.decodeFromJsonElement<Open>(it) }.toTypedArray()
 
 /** One instance of an app, which serves one session at a time. */
 private class App(private val scope: CoroutineScope) {
@@ -164,7 +164,7 @@ private class App(private val scope: CoroutineScope) {
                 headset.clock,
                 hostClock,
                 streams,
-                app = if (ros) AppOpenings(OPENINGS) {} else null,
+                app = if (ros) ListedOpenings(*OPENINGS) else null,
             )
         val capabilities = Hello.Capabilities(streams.capabilities, ros)
         val hello = Hello(listOf(1), "device", "instance", "Conformance", "conformance", capabilities, emptyMap())

@@ -87,7 +87,10 @@ internal enum class FuzzTarget {
             if (data.isEmpty()) return
             val lane = RosLanes.ALL[data[0].toUByte().toInt() % 2]
             var counted = 0L
-            val openings = Openings { counted++ }
+            val openings = Openings {
+                counted++
+                true
+            }
             kinds.forEachIndexed { index, kind -> openings.asks(Open(index + 1, kind)) }
             openings.asks(3, 7)
             val reader = FrameReader(Channels.newChannel(data.inputStream(1, data.size - 1)))

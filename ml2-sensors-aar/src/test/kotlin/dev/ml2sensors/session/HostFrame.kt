@@ -44,6 +44,9 @@ internal class HostFrame(
         const val EVENT = 53
         const val OPEN = 96
         const val OPENED = 97
+        const val CLOSE = 98
+        const val CLOSED = 99
+        const val MESSAGE = 128
         const val FAILURE = 132
 
         /** In place of a kind: the connection has ended. */
@@ -72,11 +75,17 @@ internal class HostFrame(
             return HostFrame(lane, header.get(3).toUByte().toInt(), channel, sequence, header.getLong(16), body)
         }
 
-        fun bytes(kind: Int, body: ByteArray = ByteArray(0)): ByteArray =
+        fun bytes(
+            kind: Int,
+            body: ByteArray = ByteArray(0),
+            channel: Int = 0,
+            sequence: Int = 0,
+            captureNanos: Long = 0,
+        ): ByteArray =
             ByteBuffer.allocate(HEADER_BYTES + body.size).order(ByteOrder.LITTLE_ENDIAN)
                 .putShort(0x324D).put(1).put(kind.toByte())
-                .putInt(0).putInt(0).putInt(body.size) // flags and channel; sequence; length
-                .putLong(0).putLong(0)
+                .putShort(0).putShort(channel.toShort()).putInt(sequence).putInt(body.size)
+                .putLong(captureNanos).putLong(0)
                 .put(body)
                 .array()
     }

@@ -36,9 +36,12 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
         version: Int = 1,
         lanes: List<String> = listOf("time", "sensors", "link_test") + StreamTable.all.map { it.id },
         timeouts: String = """{"handshake_s": 5, "ping_s": 1, "dead_s": 20}""",
-        more: String = "",
+        ros: Boolean = false,
     ) {
-        val tickets = lanes.joinToString { """"$it": "${ticket(it)}"""" }
+        val ofOpenings = if (ros) listOf("ros", "bulk_1", "bulk_2", "bulk_3", "bulk_4") else emptyList()
+        val uses = listOf("subscribe", "publish", "call", "offer").joinToString { "\"$it\": true" }
+        val more = if (ros) ", \"ros\": {$uses}" else ""
+        val tickets = (lanes + ofOpenings).joinToString { """"$it": "${ticket(it)}"""" }
         val counts = received?.entries?.joinToString(prefix = "{", postfix = "}") { """"${it.key}": ${it.value}""" }
         write(
             HostFrame.WELCOME,
@@ -77,6 +80,12 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
 
     fun write(kind: Int, json: String = "", lane: String = "control") {
         sockets.getValue(lane).getOutputStream().write(HostFrame.bytes(kind, json.toByteArray()))
+    }
+
+    /** Sends a MESSAGE of the opening [id]. */
+    fun message(id: Int, number: Int, payload: ByteArray, publishedNanos: Long = 0) {
+        val frame = HostFrame.bytes(HostFrame.MESSAGE, payload, id, number, publishedNanos)
+        sockets.getValue("ros").getOutputStream().write(frame)
     }
 
     /** The frame number [index] of [kind], counted from 0 over all lanes. */

@@ -14,10 +14,11 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertNull
 
-/** What the vectors of malformed frames do not show: numbers that wrap, limits together, and order between lanes. */
+/** The vectors of malformed frames show the rest: here are numbers that wrap, limits together, and order between lanes. */
 class OpeningsTest {
     private val delivered = ArrayList<Frame>()
-    private val openings = Openings(delivered::add)
+    private val closed = HashSet<Int>()
+    private val openings = Openings { it.header.channel !in closed && delivered.add(it) }
 
     init {
         val kinds = listOf(Open.SUBSCRIPTION, Open.SUBSCRIPTION, Open.CLIENT, Open.SERVICE)
@@ -44,6 +45,23 @@ class OpeningsTest {
         openings.taken(LARGE, 2)
         for (number in 4..5) openings.received("bulk_1", frame(FrameKind.MESSAGE, LARGE, number))
         assertEquals(listOf(-1, 0, 2, 4, 5), delivered.map { it.header.sequence })
+    }
+
+    @Test
+    fun aMessageThatTheAppDoesNotTakeAnyMoreIsLate() {
+        closed += SMALL
+        openings.received("ros", frame(FrameKind.MESSAGE, SMALL, 0))
+        assertEquals(0 to 1L, delivered.size to openings.late)
+    }
+
+    @Test
+    fun theNumbersOfASessionGoOnAfterThoseReceivedBefore() {
+        openings.asks(Open(10, Open.SUBSCRIPTION, received = 0x8000_0000))
+        openings.asks(Open(11, Open.SUBSCRIPTION, received = 1))
+        val refused = assertFailsWith<ProtocolException> { openings.received("ros", frame(FrameKind.MESSAGE, 11, 0)) }
+        assertEquals(ErrorCode.MALFORMED, refused.code)
+        for (id in 10..11) openings.received("ros", frame(FrameKind.MESSAGE, id, if (id == 10) Int.MIN_VALUE else 1))
+        assertEquals(2, delivered.size)
     }
 
     @Test

@@ -4,7 +4,12 @@ import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.transport.TransportSecurity
+import dev.ml2sensors.wire.Closed
+import dev.ml2sensors.wire.Frame
 import dev.ml2sensors.wire.Hello
+import dev.ml2sensors.wire.Open
+import dev.ml2sensors.wire.Opened
+import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
@@ -19,6 +24,19 @@ import java.net.InetAddress
 import java.net.ServerSocket
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
+
+/** Opens all of [wanted] in each session, and ignores what comes. */
+internal class ListedOpenings(private vararg val wanted: Open) : AppOpenings {
+    override suspend fun serve(lanes: OpeningLanes?) = wanted.forEach { lanes?.open(it) }
+
+    override fun opened(answer: Opened) = Unit
+
+    override fun closed(end: Closed) = Unit
+
+    override fun take(frame: Frame) = true
+
+    override fun counts(): Map<String, Status.OpeningCounts> = emptyMap()
+}
 
 /** Sessions of [FakeStreams] with a [ScriptedHost]. */
 internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSocket = ServerSocket()) : Closeable {

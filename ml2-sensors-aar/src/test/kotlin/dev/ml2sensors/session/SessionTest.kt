@@ -119,7 +119,7 @@ class SessionTest {
 
     @Test
     fun aReceiverWithoutOpeningsIsAskedForNoneAndItsLaterKindsAreSkipped() {
-        fixture.run(app = AppOpenings(listOf(Open(1, Open.SUBSCRIPTION, "/scan", "sensor_msgs/msg/LaserScan"))) {})
+        fixture.run(app = ListedOpenings(Open(1, Open.SUBSCRIPTION, "/scan", "sensor_msgs/msg/LaserScan")))
         assertSkipsOpenings(fixture.started())
     }
 
@@ -127,8 +127,7 @@ class SessionTest {
     fun anAppWithoutOpeningsIgnoresThoseOfTheReceiver() {
         fixture.run()
         val session = host.awaitHello()
-        val uses = listOf("subscribe", "publish", "call", "offer").joinToString { "\"$it\": true" }
-        session.welcome(more = ", \"ros\": {$uses}")
+        session.welcome(ros = true)
         session.configure(1, "{}")
         assertSkipsOpenings(session)
     }

@@ -1,5 +1,8 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.message.StringMessage
+import dev.ml2sensors.ros.Received
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.VectorSample
@@ -14,6 +17,7 @@ import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
+import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
@@ -81,6 +85,25 @@ class Ml2StreamerTest {
         assertTrue(arrived.await().sequence >= 1)
         gyroscope.cancelAndJoin()
         fixture.finish(second)
+    }
+
+    @Test
+    fun aSubscriptionOutlivesSessionsAndEndsWithTheStreamer() = runBlocking<Unit> {
+        val message = StringMessage("hello")
+        fixture.streamer.subscribe("/chatter", StringMessage.serializer()).test {
+            fixture.streamer.start()
+            repeat(2) { number ->
+                val session = fixture.host.awaitHello()
+                assertEquals("true", session.hello.json.getValue("capabilities").jsonObject["ros"].toString())
+                session.welcome(fixture.host.received(), ros = true)
+                session.await(HostFrame.OPEN)
+                session.message(1, number, Cdr.encodeToByteArray(StringMessage.serializer(), message))
+                assertEquals(Received(message, null, number.toLong()), awaitItem())
+                session.cut()
+            }
+            withTimeout(StreamFixture.LIMIT) { fixture.streamer.stop() }
+            awaitComplete()
+        }
     }
 
     @Test

@@ -10,6 +10,7 @@ import dev.ml2sensors.message.Pose
 import dev.ml2sensors.message.PoseStamped
 import dev.ml2sensors.message.Time
 import dev.ml2sensors.message.Transform
+import dev.ml2sensors.ros.Keep
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.defaultValues
@@ -36,6 +37,12 @@ fun publish(streamer: Ml2Streamer, pose: Pose, captureNanos: Long) {
     if (stampNanos != null) {
         val message = PoseStamped(Header(Time.ofNanos(stampNanos), "magicleap_world"), pose)
         anchor.publish(ByteBuffer.wrap(Cdr.encodeToByteArray(PoseStamped.serializer(), message)), captureNanos)
+    }
+}
+
+suspend fun subscribe(streamer: Ml2Streamer, show: (Pose, Long?) -> Unit) {
+    streamer.subscribe("/goal_pose", PoseStamped.serializer(), Keep.Latest).collect { received ->
+        show(received.message.pose, received.publishedNanos)
     }
 }
 

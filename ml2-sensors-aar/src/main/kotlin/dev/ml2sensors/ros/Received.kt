@@ -1,0 +1,75 @@
+package dev.ml2sensors.ros
+
+import dev.ml2sensors.wire.printable
+import java.io.IOException
+
+/**
+ * A message of a ROS topic.
+ *
+ * @property message as its class, or its bytes.
+ * @property publishedNanos when its writer published it, in ROS time; null if unknown.
+ * @property number counts up in a topic, with gaps, from 0 to 4294967295 and then from 0 again.
+ */
+public data class Received<out T>(
+    public val message: T,
+    public val publishedNanos: Long?,
+    public val number: Long,
+)
+
+/** The messages of a topic that wait for a collector that is slower than the topic. */
+public sealed interface Keep {
+    /** The newest one alone. */
+    public data object Latest : Keep
+
+    /** The newest [depth], 1 to 100. */
+    public data class All(
+        public val depth: Int = 10,
+    ) : Keep {
+        init {
+            require(depth in 1..MOST) { "depth: expected 1 to $MOST, found $depth" }
+        }
+
+        private companion object {
+            const val MOST = 100
+        }
+    }
+}
+
+/** A subscription has ended, or did not begin, for a [reason] of the receiver. */
+public class SubscriptionException private constructor(public val reason: Reason, message: String) :
+    IOException(message) {
+    /** The reason why a subscription has ended. */
+    public enum class Reason(internal val code: String?) {
+        /** The receiver serves no subscriptions: it is older, or runs without ROS. */
+        NOT_SERVED(null),
+
+        /** `app.subscribe` of the receiver's configuration does not have the topic. */
+        NOT_ALLOWED("rules"),
+
+        /** ROS does not allow the topic's name. */
+        WRONG_NAME("name"),
+
+        /** The receiver does not have the type, or the topic has another. */
+        UNKNOWN_TYPE("type"),
+
+        /** The class does not have the fields of the ROS type, in their order. */
+        OTHER_LAYOUT("layout"),
+
+        /** 64 subscriptions are open. */
+        TOO_MANY("busy"),
+
+        /** Any other reason, which the message says. */
+        OTHER(null),
+    }
+
+    internal companion object {
+        /** @param code why, as in OPENED and CLOSED. */
+        fun of(topic: String, code: String?, why: String): SubscriptionException {
+            val reason = Reason.entries.firstOrNull { it.code != null && it.code == code } ?: Reason.OTHER
+            return SubscriptionException(reason, printable("$topic: $why"))
+        }
+
+        fun notServed(topic: String): SubscriptionException =
+            SubscriptionException(Reason.NOT_SERVED, "$topic: the receiver serves no subscriptions of apps")
+    }
+}

@@ -1,0 +1,243 @@
+package dev.ml2sensors.ros
+
+import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.cdr.layout
+import dev.ml2sensors.message.rosType
+import dev.ml2sensors.session.AppOpenings
+import dev.ml2sensors.session.OpeningLanes
+import dev.ml2sensors.wire.Closed
+import dev.ml2sensors.wire.Frame
+import dev.ml2sensors.wire.Open
+import dev.ml2sensors.wire.Opened
+import dev.ml2sensors.wire.Status
+import dev.ml2sensors.wire.isShort
+import dev.ml2sensors.wire.printable
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.flow
+import kotlinx.serialization.ExperimentalSerializationApi
+import kotlinx.serialization.KSerializer
+import java.io.IOException
+import java.nio.ByteBuffer
+
+/** The subscriptions of an app, over all sessions of its streamer. Thread-safe. */
+internal class Subscriptions : AppOpenings {
+    private val wanted = LinkedHashSet<Subscription>()
+
+    /** By the ids of the present session, until CLOSE is sent. */
+    private val open = HashMap<Int, Subscription>()
+    private val changes = Channel<Unit>(Channel.CONFLATED)
+    private var isOver = false
+
+    @OptIn(ExperimentalSerializationApi::class)
+    fun <T> subscribe(topic: String, serializer: KSerializer<T>, keep: Keep): Flow<Received<T>> {
+        val type = serializer.rosType
+        val layout = serializer.descriptor.layout()
+        require(layout.length <= MOST_LAYOUT) {
+            "the layout of $type: expected at most $MOST_LAYOUT characters, found ${layout.length}"
+        }
+        return messages(Wanted(topic, type, layout, keep)) { Cdr.decode(serializer, it, allowsTail = true) }
+    }
+
+    fun subscribe(topic: String, type: String, keep: Keep): Flow<Received<ByteBuffer>> =
+        messages(Wanted(topic, type, layout = null, keep)) { it }
+
+    private fun <T> messages(what: Wanted, decode: (ByteBuffer) -> T): Flow<Received<T>> = flow {
+        val subscription = Subscription(what)
+        begin(subscription)
+        try {
+            while (true) {
+                val frame = subscription.next() ?: break
+                val message = try {
+                    decode(ByteBuffer.wrap(frame.body))
+                } catch (_: IllegalArgumentException) { // SerializationException is one
+                    subscription.countUndecodable()
+                    continue
+                }
+                val header = frame.header
+                emit(Received(message, header.captureNanos.takeIf { it != 0L }, header.sequence.toUInt().toLong()))
+            }
+        } finally {
+            leave(subscription)
+        }
+    }
+
+    @Synchronized
+    private fun begin(subscription: Subscription) {
+        if (isOver) return subscription.end()
+        wanted += subscription
+        changes.trySend(Unit)
+    }
+
+    @Synchronized
+    private fun leave(subscription: Subscription) {
+        wanted -= subscription
+        changes.trySend(Unit)
+    }
+
+    /** Ends all flows, with the streamer. */
+    @Synchronized
+    fun end() {
+        isOver = true
+        wanted.forEach { it.end() }
+    }
+
+    override suspend fun serve(lanes: OpeningLanes?) {
+        synchronized(this) { open.clear() }
+        if (lanes == null) refuseAll() else follow(lanes)
+    }
+
+    private suspend fun refuseAll() {
+        while (true) {
+            synchronized(this) {
+                wanted.forEach { it.end(SubscriptionException.notServed(it.what.topic)) }
+                wanted.clear()
+            }
+            changes.receive()
+        }
+    }
+
+    private suspend fun follow(lanes: OpeningLanes) {
+        var last = 0
+        while (true) {
+            for (id in takeUnwanted()) lanes.close(id)
+            for (subscription in unopened()) {
+                // The next session has ids from 1 again
+                if (++last > MOST_IDS) throw IOException("this session has had $MOST_IDS openings, the most")
+                synchronized(this) { open[last] = subscription }
+                lanes.open(subscription.toOpen(last))
+            }
+            changes.receive()
+        }
+    }
+
+    @Synchronized
+    private fun takeUnwanted(): List<Int> =
+        open.keys.filter { open[it] !in wanted }.also { open.keys.removeAll(it.toSet()) }
+
+    @Synchronized
+    private fun unopened(): List<Subscription> = wanted.filter { it !in open.values }
+
+    override fun opened(answer: Opened) {
+        if (!answer.isOpen) fail(answer.id, answer.code, answer.reason.orEmpty())
+    }
+
+    override fun closed(end: Closed): Unit = fail(end.id, end.code, end.reason)
+
+    @Synchronized
+    private fun fail(id: Int, code: String?, why: String) {
+        val subscription = open.remove(id) ?: return
+        wanted -= subscription
+        subscription.end(SubscriptionException.of(subscription.what.topic, code, why))
+    }
+
+    override fun take(frame: Frame): Boolean {
+        val subscription = synchronized(this) { open[frame.header.channel] } ?: return false
+        subscription.add(frame)
+        return true
+    }
+
+    @Synchronized
+    override fun counts(): Map<String, Status.OpeningCounts> =
+        open.entries.associate { (id, subscription) -> "$id" to subscription.counts() }
+
+    private companion object {
+        const val MOST_IDS = 0xFFFF
+
+        /** With the longest names and types it fits into the 4 KiB of an OPEN. */
+        const val MOST_LAYOUT = 3000
+    }
+}
+
+/** A topic that a flow is to receive. */
+private class Wanted(val topic: String, val type: String, val layout: String?, val keep: Keep) {
+    init {
+        require(isShort(topic, MOST_CHARACTERS)) {
+            "topic: expected 1 to $MOST_CHARACTERS printable characters, found '${printable(topic)}'"
+        }
+        require(isShort(type, MOST_CHARACTERS) && TYPE.matches(type)) {
+            "expected a ROS type such as std_msgs/msg/String, of a class by its @SerialName, found '$type'"
+        }
+    }
+
+    private companion object {
+        const val MOST_CHARACTERS = 255
+        val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
+    }
+}
+
+/** One collection of a flow: its queue, which holds what [Keep] says, and its counters. Thread-safe. */
+private class Subscription(val what: Wanted) {
+    private val depth = (what.keep as? Keep.All)?.depth ?: 1
+    private val queue = ArrayDeque<Frame>(depth)
+    private val arrivals = Channel<Unit>(Channel.CONFLATED)
+    private var expected = 0L
+    private var received = 0L
+    private var taken = 0L
+    private var pushedOut = 0L
+    private var undecodable = 0L
+
+    @Synchronized
+    fun toOpen(id: Int): Open = Open(
+        id,
+        Open.SUBSCRIPTION,
+        what.topic,
+        what.type,
+        layout = what.layout,
+        keep = if (what.keep is Keep.All) "all" else "latest",
+        depth = (what.keep as? Keep.All)?.depth,
+        bulk = false, // No message needs TAKEN
+        received = expected,
+    )
+
+    fun add(message: Frame) {
+        synchronized(this) {
+            received++
+            expected = (message.header.sequence + 1).toUInt().toLong()
+            if (queue.size == depth) {
+                queue.removeFirst()
+                pushedOut++
+            }
+            queue.addLast(message)
+        }
+        arrivals.trySend(Unit)
+    }
+
+    /** Waits for the oldest message in the queue; returns null at the end, or throws its cause. */
+    suspend fun next(): Frame? {
+        while (true) {
+            poll()?.let { return it }
+            val arrival = arrivals.receiveCatching()
+            if (arrival.isClosed) {
+                arrival.exceptionOrNull()?.let { throw it }
+                return null
+            }
+        }
+    }
+
+    @Synchronized
+    private fun poll() = queue.removeFirstOrNull()?.also { taken++ }
+
+    @Synchronized
+    fun countUndecodable() {
+        taken--
+        undecodable++
+    }
+
+    /** Ends the flow, because of [cause], after the messages in its queue. */
+    fun end(cause: SubscriptionException? = null) {
+        arrivals.close(cause)
+    }
+
+    @Synchronized
+    fun counts(): Status.OpeningCounts {
+        val isLatest = what.keep == Keep.Latest
+        return Status.OpeningCounts(
+            received,
+            taken,
+            superseded = if (isLatest) pushedOut else 0,
+            queueFull = if (isLatest) 0 else pushedOut,
+            undecodable,
+        )
+    }
+}

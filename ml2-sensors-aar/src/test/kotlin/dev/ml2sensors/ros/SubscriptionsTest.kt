@@ -1,0 +1,314 @@
+package dev.ml2sensors.ros
+
+import dev.ml2sensors.TEST_LIMIT
+import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.message.StringMessage
+import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.HostSession
+import dev.ml2sensors.session.SessionFixture
+import dev.ml2sensors.test
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.awaitCancellation
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.onEach
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeout
+import kotlinx.serialization.Serializable
+import kotlinx.serialization.json.Json
+import kotlinx.serialization.json.int
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
+import kotlinx.serialization.json.long
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.params.ParameterizedTest
+import org.junit.jupiter.params.provider.CsvSource
+import kotlin.test.assertContentEquals
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertIs
+
+class SubscriptionsTest {
+    private val fixture = SessionFixture()
+    private val subscriptions = Subscriptions()
+    private val chatter = chatter()
+
+    @AfterEach
+    fun close() = fixture.close()
+
+    @Test
+    fun aMessageComesWithItsTimeAndNumber() = runBlocking<Unit> {
+        chatter.test {
+            val session = session()
+            val open = session.await(HostFrame.OPEN).json
+            val expected = """{"id": 1, "kind": "subscription", "name": "/chatter", "type": "std_msgs/msg/String",
+                "layout": "s", "keep": "latest", "bulk": false, "received": 0}"""
+            assertEquals(Json.parseToJsonElement(expected), open)
+            session.opens(1)
+            session.message(1, -1, text("hello") + byteArrayOf(7, 7), publishedNanos = 1_700_000_000_000_000_001)
+            assertEquals(Received(StringMessage("hello"), 1_700_000_000_000_000_001, 4_294_967_295), awaitItem())
+            session.message(1, 0, text("after the largest number"))
+            assertEquals(Received(StringMessage("after the largest number"), null, 0), awaitItem())
+        }
+    }
+
+    @Test
+    fun aTypeWithoutAClassComesAsItsBytes() = runBlocking<Unit> {
+        subscriptions.subscribe("/chatter", "std_msgs/msg/String", Keep.All(3)).test {
+            val session = session()
+            val open = session.await(HostFrame.OPEN).json
+            assertEquals(setOf("id", "kind", "name", "type", "keep", "depth", "bulk", "received"), open.keys)
+            session.opens(1)
+            session.message(1, 0, text("hello"))
+            assertContentEquals(text("hello"), awaitItem().message.array())
+        }
+    }
+
+    @Test
+    fun theLaneOfOpeningsIsJoinedOnceAndOnlyWhenItIsNeeded() = runBlocking<Unit> {
+        val session = session()
+        session.write(HostFrame.PING)
+        session.await(HostFrame.PONG)
+        assertEquals(0, session.joined("ros"))
+        chatter.test {
+            session.opens(1)
+            chatter.test { session.opens(2) }
+            assertEquals(1, session.joined("ros"))
+        }
+    }
+
+    @ParameterizedTest
+    @CsvSource(
+        "rules, NOT_ALLOWED",
+        "name, WRONG_NAME",
+        "type, UNKNOWN_TYPE",
+        "layout, OTHER_LAYOUT",
+        "busy, TOO_MANY",
+        "later, OTHER",
+        ", OTHER",
+    )
+    fun aRefusalHasItsReasonAndTheWordsOfTheReceiver(code: String?, reason: SubscriptionException.Reason) =
+        runBlocking<Unit> {
+            chatter.test {
+                val session = session()
+                session.await(HostFrame.OPEN)
+                val coded = code?.let { """, "code": "$it"""" }.orEmpty()
+                session.write(HostFrame.OPENED, """{"id": 1, "result": "refused", "reason": "no, \u0007 no"$coded}""")
+                val error = assertIs<SubscriptionException>(awaitError())
+                assertEquals(reason to "/chatter: no, \\u0007 no", error.reason to error.message)
+                assertEquals(emptyMap(), subscriptions.counts())
+            }
+        }
+
+    @Test
+    fun aWithdrawalComesAfterTheMessagesBeforeIt() = runBlocking<Unit> {
+        val gate = CompletableDeferred<Unit>()
+        chatter(Keep.All()).onEach { gate.await() }.test {
+            val session = session()
+            session.opens(1)
+            for (number in 0..2) session.message(1, number, text("$number"))
+            awaitReceived(session, 3)
+            session.write(HostFrame.CLOSED, """{"id": 1, "reason": "the rules have changed", "code": "rules"}""")
+            session.write(HostFrame.PING)
+            session.await(HostFrame.PONG)
+            gate.complete(Unit)
+            assertEquals(listOf("0", "1", "2"), List(3) { awaitItem().message.data })
+            val error = assertIs<SubscriptionException>(awaitError())
+            assertEquals(SubscriptionException.Reason.NOT_ALLOWED, error.reason)
+            assertEquals(emptyList(), session.frames(HostFrame.CLOSE))
+        }
+    }
+
+    @Test
+    fun aReceiverWithoutOpeningsEndsPresentAndLaterFlows() = runBlocking<Unit> {
+        chatter.test {
+            fixture.run(app = subscriptions)
+            fixture.started()
+            assertEquals(SubscriptionException.Reason.NOT_SERVED, assertIs<SubscriptionException>(awaitError()).reason)
+        }
+        chatter.test {
+            assertEquals(SubscriptionException.Reason.NOT_SERVED, assertIs<SubscriptionException>(awaitError()).reason)
+        }
+    }
+
+    @Test
+    fun aFlowGoesOnInTheNextSessionWhereItsNumbersWere() = runBlocking<Unit> {
+        chatter.test {
+            val first = session()
+            first.opens(1)
+            first.message(1, 41, text("latched"))
+            assertEquals(41, awaitItem().number)
+            first.cut()
+            val second = session()
+            assertEquals(42, second.await(HostFrame.OPEN).json.getValue("received").jsonPrimitive.long)
+            second.opens(1)
+            second.message(1, 42, text("latched"))
+            assertEquals(Received(StringMessage("latched"), null, 42), awaitItem())
+            second.message(1, 42, text("twice"))
+            assertEquals("malformed", second.await(HostFrame.ERROR).json.getValue("code").jsonPrimitive.content)
+            expectNoEvents()
+        }
+    }
+
+    @Test
+    fun aSlowCollectorHasTheNewestMessage() = runBlocking<Unit> {
+        val session = session()
+        val counts = readSlowly(session, Keep.Latest) { assertEquals(listOf("0", "9"), it) }
+        val expected = mapOf("received" to 10, "taken" to 2, "superseded" to 8, "queue_full" to 0, "undecodable" to 0)
+        assertEquals(expected, counts)
+    }
+
+    @Test
+    fun aSlowCollectorHasTheNewestMessagesOfADepth() = runBlocking<Unit> {
+        val session = session()
+        val counts = readSlowly(session, Keep.All(3)) { assertEquals(listOf("0", "7", "8", "9"), it) }
+        val expected = mapOf("received" to 10, "taken" to 4, "superseded" to 0, "queue_full" to 6, "undecodable" to 0)
+        assertEquals(expected, counts)
+    }
+
+    /** Sends ten messages while the collector holds the first; returns the counters of the next STATUS. */
+    private suspend fun readSlowly(session: HostSession, keep: Keep, check: (List<String>) -> Unit): Map<String, Int> {
+        val (isHeld, gate) = List(2) { CompletableDeferred<Unit>() }
+        var counts = emptyMap<String, Int>()
+        chatter(keep).onEach { if (isHeld.complete(Unit)) gate.await() }.test {
+            session.opens(1)
+            session.message(1, 0, text("0"))
+            isHeld.await()
+            for (number in 1..9) session.message(1, number, text("$number"))
+            awaitReceived(session, 10)
+            gate.complete(Unit)
+            val texts = mutableListOf(awaitItem().message.data)
+            while (texts.last() != "9") texts += awaitItem().message.data
+            check(texts)
+            val seen = session.frames(HostFrame.STATUS).size
+            counts = session.await(HostFrame.STATUS, seen + 1).json.getValue("openings").jsonObject.getValue("1")
+                .jsonObject.mapValues { it.value.jsonPrimitive.int }
+        }
+        return counts
+    }
+
+    @Test
+    fun aCancelledCollectorClosesItsOpening() = runBlocking<Unit> {
+        val session = session()
+        val collecting = launch(Dispatchers.Default) { chatter.collect { awaitCancellation() } }
+        session.opens(1)
+        session.message(1, 0, text("0"))
+        withTimeout(TEST_LIMIT) { collecting.cancelAndJoin() }
+        assertEquals("""{"id":1}""", session.await(HostFrame.CLOSE).body.decodeToString())
+        session.message(1, 1, text("late"))
+        session.write(HostFrame.CLOSED, """{"id": 1, "reason": "the app closed it"}""")
+        chatter.test {
+            session.opens(2)
+            session.message(2, 2, text("2"))
+            assertEquals("2", awaitItem().message.data)
+        }
+    }
+
+    @Test
+    fun theCollectorOfOneTopicTooManyIsRefusedAlone() = runBlocking<Unit> {
+        val session = session()
+        val collecting = List(64) { index ->
+            async(Dispatchers.Default) { chatter.take(1).toList().single().message.data }
+                .also { session.opens(index + 1) }
+        }
+        chatter.test {
+            session.await(HostFrame.OPEN, 64)
+            session.write(
+                HostFrame.OPENED,
+                """{"id": 65, "result": "refused", "reason": "64 names are open", "code": "busy"}""",
+            )
+            assertEquals(SubscriptionException.Reason.TOO_MANY, assertIs<SubscriptionException>(awaitError()).reason)
+        }
+        for (id in 1..64) session.message(id, 0, text("$id"))
+        withTimeout(TEST_LIMIT) { assertEquals((1..64).map { "$it" }, collecting.map { it.await() }) }
+    }
+
+    @Test
+    fun anUndecodableMessageIsCountedAndTheNextOneComes() = runBlocking<Unit> {
+        chatter(Keep.All()).test {
+            val session = session()
+            session.opens(1)
+            session.message(1, 0, byteArrayOf(0, 1, 0, 0, 9, 0, 0, 0, 'x'.code.toByte(), 0))
+            session.message(1, 1, text("whole"))
+            assertEquals("whole", awaitItem().message.data)
+            val counts = subscriptions.counts().getValue("1")
+            assertEquals(listOf(2L, 1L, 0L, 1L), counts.run { listOf(received, taken, superseded, undecodable) })
+        }
+    }
+
+    @Test
+    fun openedIsTakenWhileAConfigurationIsCarriedOut() = runBlocking<Unit> {
+        fixture.streams.configuring = CompletableDeferred()
+        chatter.test {
+            val session = session()
+            session.write(HostFrame.CONFIGURE, """{"request": 1, "streams": {"color": {}}}""")
+            fixture.await("configure [color]")
+            session.opens(1)
+            session.message(1, 0, text("meanwhile"))
+            assertEquals("meanwhile", awaitItem().message.data)
+            chatter.test {
+                session.await(HostFrame.OPEN, 1)
+                session.write(HostFrame.OPENED, """{"id": 2, "result": "refused", "reason": "no"}""")
+                assertIs<SubscriptionException>(awaitError())
+            }
+            assertEquals(emptyList(), session.frames(HostFrame.CONFIGURED))
+        }
+    }
+
+    @Test
+    fun flowsEndWithTheStreamerAndDoNotBeginAfterwards() = runBlocking<Unit> {
+        chatter.test {
+            subscriptions.end()
+            awaitComplete()
+        }
+        chatter.test { awaitComplete() }
+    }
+
+    @Test
+    fun aClassThatIsNoRosTypeIsRefusedAtOnce() {
+        assertFailsWith<IllegalArgumentException> { subscriptions.subscribe("/a", Unnamed.serializer(), Keep.Latest) }
+        for (type in listOf("std_msgs/String", "std_msgs/srv/Empty", "a/msg/${"A".repeat(250)}")) {
+            assertFailsWith<IllegalArgumentException>(type) { subscriptions.subscribe("/a", type, Keep.Latest) }
+        }
+        for (topic in listOf("", "a".repeat(256), "/\u0007")) {
+            assertFailsWith<IllegalArgumentException> { subscriptions.subscribe(topic, "a/msg/B", Keep.Latest) }
+        }
+        for (depth in listOf(0, 101)) assertFailsWith<IllegalArgumentException> { Keep.All(depth) }
+    }
+
+    private fun chatter(keep: Keep = Keep.Latest): Flow<Received<StringMessage>> =
+        subscriptions.subscribe("/chatter", StringMessage.serializer(), keep)
+
+    private fun session(): HostSession {
+        fixture.run(app = subscriptions)
+        return fixture.host.awaitHello().apply { welcome(ros = true) }
+    }
+
+    /** Answers the OPEN of [id], which is the one of that number in this session. */
+    private fun HostSession.opens(id: Int) {
+        assertEquals(id, await(HostFrame.OPEN, id - 1).json.getValue("id").jsonPrimitive.int)
+        write(HostFrame.OPENED, """{"id": $id, "result": "opened", "lane": "ros", "latched": false}""")
+    }
+
+    private fun HostSession.joined(lane: String) = frames(HostFrame.JOIN).count { it.lane == lane }
+
+    /** Waits until [count] messages of the opening 1 have arrived. */
+    private fun awaitReceived(session: HostSession, count: Int) {
+        var status = 0
+        do {
+            val openings = session.await(HostFrame.STATUS, status++).json["openings"]?.jsonObject
+            val received = openings?.get("1")?.jsonObject?.getValue("received")?.jsonPrimitive?.int ?: 0
+        } while (received < count)
+    }
+
+    private fun text(text: String) = Cdr.encodeToByteArray(StringMessage.serializer(), StringMessage(text))
+
+    @Serializable
+    private class Unnamed(val data: String)
+}
