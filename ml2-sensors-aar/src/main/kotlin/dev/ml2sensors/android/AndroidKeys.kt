@@ -7,11 +7,9 @@ import dev.ml2sensors.pairing.DeviceKeys
 import dev.ml2sensors.transport.DeviceIdentity
 import java.io.File
 import java.io.IOException
-import java.security.GeneralSecurityException
 import java.security.KeyPairGenerator
 import java.security.KeyStore
 import java.security.PrivateKey
-import java.security.ProviderException
 import java.security.UnrecoverableKeyException
 import java.security.cert.X509Certificate
 import java.security.spec.ECGenParameterSpec
@@ -73,34 +71,40 @@ internal object AndroidKeys {
             throw e.cause ?: e
         } catch (_: TimeoutException) {
             call.cancel(false)
+            KEYSTORE.remove(call)
             throw IOException("Android's Keystore: no answer within $limit; if that lasts, restart the headset")
         }
     }
 
-    private fun identity(unreadable: (reason: String) -> Unit): DeviceIdentity = try {
-        val store = KeyStore.getInstance(PROVIDER).apply { load(null) }
-        if (!store.isKeyEntry(ALIAS)) make()
-        try {
+    private fun identity(unreadable: (reason: String) -> Unit): DeviceIdentity {
+        val store = asked { KeyStore.getInstance(PROVIDER).apply { load(null) } }
+        if (!asked { store.isKeyEntry(ALIAS) }) asked { make() }
+        return try {
             read(store)
-        } catch (e: UnrecoverableKeyException) {
-            unreadable("Android's Keystore cannot read the key of this app: ${e.message}")
-            make()
-            read(store)
+        } catch (e: Exception) { // Keystores throw more kinds than are documented
+            unreadable("Android's Keystore cannot read the key of this app: ${e.message ?: e.javaClass.simpleName}")
+            asked {
+                make()
+                read(store)
+            }
         }
-    } catch (e: GeneralSecurityException) {
-        throw failed(e)
-    } catch (e: ProviderException) {
-        throw failed(e)
     }
 
-    /** @throws UnrecoverableKeyException if the key or its certificate is there in name only. */
+    /** Returns the answer of the Keystore; whatever it throws becomes an IOException. */
+    private fun <T> asked(question: () -> T): T = try {
+        question()
+    } catch (e: Exception) {
+        throw IOException("Android's Keystore returned no key: ${e.message ?: e.javaClass.simpleName}", e)
+    }
+
+    /** Returns the key, with which it has signed once: an invalidated one is listed and read like any other. */
     private fun read(store: KeyStore): DeviceIdentity {
         val key = store.getKey(ALIAS, null) as? PrivateKey ?: throw UnrecoverableKeyException("no private key")
         val certificate = store.getCertificate(ALIAS) as? X509Certificate
-        return DeviceIdentity(key, certificate ?: throw UnrecoverableKeyException("no certificate"))
+        val identity = DeviceIdentity(key, certificate ?: throw UnrecoverableKeyException("no certificate"))
+        identity.sign(ByteArray(0))
+        return identity
     }
-
-    private fun failed(cause: Exception) = IOException("Android's Keystore returned no key: ${cause.message}", cause)
 
     /** TLS signs digests that it has made itself, pairing has SHA-256 made. */
     private fun make() {

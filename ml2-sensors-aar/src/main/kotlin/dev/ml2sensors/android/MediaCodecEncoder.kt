@@ -6,6 +6,7 @@ import android.os.Bundle
 import android.os.Handler
 import android.os.HandlerThread
 import android.os.Process
+import android.util.Log
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.NoAnswerException
 import dev.ml2sensors.source.PlatformCalls
@@ -77,13 +78,19 @@ internal class MediaCodecEncoder(
     override fun close() {
         try {
             calls.end("Android's encoder $name") {
-                handler.post { codec.release() }
+                handler.post(::release)
                 thread.quitSafely()
                 thread.join()
             }
         } catch (_: NoAnswerException) {
             // The next opening says so
         }
+    }
+
+    private fun release() = try {
+        codec.release()
+    } catch (e: RuntimeException) { // One that leaves this thread would end the app
+        Log.w("ml2s", "Android's encoder $name is not released: ${e.message}")
     }
 
     private inner class Callback : MediaCodec.Callback() {

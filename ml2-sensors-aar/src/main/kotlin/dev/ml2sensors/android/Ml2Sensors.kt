@@ -128,16 +128,21 @@ public class AndroidHeadset internal constructor(
 
     override val suspendedNanos: Long get() = clocks.suspendedNanos()
 
+    /** No permissions while Android does not answer. */
+    override val permissions: Map<String, Boolean> get() = ask("permissions") { headset.permissions }.orEmpty()
+
     /** A headset that nobody wears falls asleep. */
     override val sleepReason: String?
-        get() = if (ask { power.isInteractive } == false) "the headset is not worn, or asleep" else null
+        get() = if (askPower { it.isInteractive } == false) "the headset is not worn, or asleep" else null
 
     /** [Thermal] has the order of Android's numbers. */
-    override val thermal: Thermal? get() = ask { power.currentThermalStatus }?.let(Thermal.entries::getOrNull)
+    override val thermal: Thermal? get() = askPower { it.currentThermalStatus }?.let(Thermal.entries::getOrNull)
 
-    /** Returns the answer of Android's PowerManager, or null if it does not answer. */
-    private fun <T> ask(question: () -> T): T? = try {
-        calls.call("Android's PowerManager", action = question)
+    private fun <T> askPower(question: (PowerManager) -> T): T? = ask("PowerManager") { question(power) }
+
+    /** Returns the answer of Android's [part], or null if it does not answer. */
+    private fun <T> ask(part: String, question: () -> T): T? = try {
+        calls.call("Android's $part", action = question)
     } catch (_: NoAnswerException) {
         null
     }

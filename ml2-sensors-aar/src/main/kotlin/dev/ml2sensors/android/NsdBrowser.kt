@@ -32,11 +32,11 @@ public fun Receiver.Companion.discover(context: Context, name: String? = null): 
     discover(nsdBrowser(context), name)
 
 /** Returns a browser that gets an NsdManager only when the first search begins. */
-internal fun nsdBrowser(context: Context): ReceiverBrowser {
+internal fun nsdBrowser(context: Context, calls: PlatformCalls = PlatformCalls()): ReceiverBrowser {
     val app = context.applicationContext
     // A context keeps its NsdManager, so a replacement needs another context.
     val newManager = { app.createConfigurationContext(Configuration()).getSystemService(NsdManager::class.java) }
-    return NsdBrowser(newManager, app.getSystemService(WifiManager::class.java))
+    return NsdBrowser(newManager, app.getSystemService(WifiManager::class.java), calls = calls)
 }
 
 /**

@@ -121,7 +121,7 @@ internal class AdaptationSpec(
 )
 
 /**
- * What lanes of one purpose have in common.
+ * The common values of the lanes of one purpose.
  *
  * @property isShared true for one lane with this [name]; else each stream with topics on it has a lane with its id.
  * @property isPaced true if it gives way to lanes that are not paced.

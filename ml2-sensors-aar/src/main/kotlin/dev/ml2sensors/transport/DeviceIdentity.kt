@@ -1,7 +1,6 @@
 package dev.ml2sensors.transport
 
 import java.io.IOException
-import java.security.GeneralSecurityException
 import java.security.PrivateKey
 import java.security.Signature
 import java.security.cert.X509Certificate
@@ -31,7 +30,7 @@ internal class DeviceIdentity(internal val privateKey: PrivateKey, val certifica
             update(message)
             sign()
         }
-    } catch (e: GeneralSecurityException) {
-        throw IOException("signing with the device's key failed: ${e.message}", e)
+    } catch (e: Exception) { // Key stores throw more kinds than are documented
+        throw IOException("signing with the device's key failed: ${e.message ?: e.javaClass.simpleName}", e)
     }
 }

@@ -52,6 +52,9 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     private var last = UnityStatus("ended", receiver = "", reason = "not started")
     private val pairing = UnityPairing(app)
 
+    /** One for all starts, since nothing ends the threads of its managers. */
+    private val browser = nsdBrowser(app)
+
     /** The statuses that the listener has not been told yet. */
     private val changes = Channel<String>(MOST_CHANGES, BufferOverflow.DROP_OLDEST)
     private val notifying = scope.launch(Dispatchers.IO) {
@@ -110,7 +113,6 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     }
 
     private fun runOf(request: UnityRun.Request): UnityRun {
-        val browser = nsdBrowser(app)
         val keys = AndroidKeys.of(app)
         val isPairedOne = request.receiver.isEmpty() && !request.isInsecure
         val receiver = if (isPairedOne) keys.receiver(browser) else Receiver.parse(request.receiver, browser)

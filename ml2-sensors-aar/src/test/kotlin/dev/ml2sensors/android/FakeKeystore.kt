@@ -12,39 +12,51 @@ import java.security.KeyStore
 import java.security.KeyStoreSpi
 import java.security.PrivateKey
 import java.security.Provider
+import java.security.PublicKey
 import java.security.SecureRandom
 import java.security.Security
-import java.security.UnrecoverableKeyException
+import java.security.Signature
+import java.security.SignatureSpi
 import java.security.cert.Certificate
 import java.security.spec.AlgorithmParameterSpec
 import java.util.Collections
 import java.util.Date
 import java.util.Enumeration
-import java.util.concurrent.CountDownLatch
+import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.CopyOnWriteArrayList
 
 /**
- * What Robolectric lacks: the provider `AndroidKeyStore`, with keys that are made for one [made] specification each.
+ * The provider `AndroidKeyStore`, which Robolectric lacks. Its keys sign, but do not leave it.
+ *
+ * @param newPair makes a key and its certificate.
  */
-internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
-    private val content = HashMap<String, Pair<PrivateKey, Certificate>>()
-    val made = ArrayList<KeyGenParameterSpec>()
+internal class FakeKeystore(private val newPair: (subject: String) -> Pair<PrivateKey, Certificate> = ::keytool) :
+    Provider("AndroidKeyStore", "1", "in memory") {
+    private val content: MutableMap<String, Pair<PrivateKey, Certificate>> = ConcurrentHashMap()
 
-    /** True while the keys that were made so far are listed but cannot be read. */
-    var isUnreadable = false
+    /** The specifications of the keys that were made, in order. */
+    val made = CopyOnWriteArrayList<KeyGenParameterSpec>()
 
-    /** What is awaited before it says whether there is a key. */
+    /** The names of the keys that it holds. */
+    val aliases: Set<String> get() = content.keys
+
+    /** Runs before each of [CALLS], which it gets; it may throw, or not return. */
     @Volatile
-    var answer: CountDownLatch? = null
+    var before: (call: String) -> Unit = {}
 
     /** Holds the key of [identity] as [alias] from the start. */
     fun add(alias: String, identity: DeviceIdentity) {
-        content[alias] = identity.privateKey to identity.certificate
+        content[alias] = Held(identity.privateKey) to identity.certificate
     }
 
     init {
         putService(service("KeyStore", "AndroidKeyStore") { Store() })
         putService(service("KeyPairGenerator", "EC") { Generator() })
+        putService(service("Signature", "SHA256withECDSA") { Signer() })
     }
+
+    /** Loses all keys, as a device does whose lock screen is removed. */
+    fun forget(): Unit = content.clear()
 
     /** Runs [test] with this provider. */
     fun use(test: () -> Unit) {
@@ -59,24 +71,9 @@ internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
     private fun service(type: String, algorithm: String, make: () -> Any) =
         object : Service(this, type, algorithm, "none", null, null) {
             override fun newInstance(parameter: Any?) = make()
-        }
 
-    /** A key and its certificate by the JDK's tool. */
-    private fun keytool(subject: String): Pair<PrivateKey, Certificate> {
-        val file = File.createTempFile("key", ".p12").apply { delete() }
-        val arguments = listOf(
-            "${System.getProperty("java.home")}/bin/keytool", "-genkeypair", "-alias", "key", "-keyalg", "EC",
-            "-groupname", "secp256r1", "-dname", subject, "-storetype", "PKCS12", "-keystore", file.path,
-            "-storepass", "changeit",
-        )
-        val process = ProcessBuilder(arguments).redirectErrorStream(true).start()
-        val output = process.inputStream.bufferedReader().readText()
-        check(process.waitFor() == 0) { output }
-        val password = "changeit".toCharArray()
-        val store = KeyStore.getInstance(file, password)
-        file.delete()
-        return store.getKey("key", password) as PrivateKey to store.getCertificate("key")
-    }
+            override fun supportsParameter(parameter: Any?) = parameter is Held
+        }
 
     private inner class Generator : KeyPairGeneratorSpi() {
         private lateinit var specification: KeyGenParameterSpec
@@ -88,28 +85,65 @@ internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
         override fun initialize(size: Int, random: SecureRandom?) = error("without a specification")
 
         override fun generateKeyPair(): KeyPair {
-            val (key, certificate) = keytool(specification.certificateSubject.name)
-            content[specification.keystoreAlias] = key to certificate
+            before("generateKeyPair")
+            val (key, certificate) = newPair(specification.certificateSubject.name)
+            content[specification.keystoreAlias] = Held(key) to certificate
             made += specification
-            isUnreadable = false
             return KeyPair(certificate.publicKey, key)
         }
     }
 
+    /** A key whose bytes nobody sees. */
+    private class Held(val key: PrivateKey) : PrivateKey {
+        override fun getAlgorithm(): String = key.algorithm
+
+        override fun getFormat(): String? = null
+
+        override fun getEncoded(): ByteArray? = null
+    }
+
+    private inner class Signer : SignatureSpi() {
+        private val signature = Signature.getInstance("SHA256withECDSA", "SunEC")
+
+        override fun engineInitSign(key: PrivateKey) {
+            before("sign")
+            signature.initSign((key as Held).key)
+        }
+
+        override fun engineUpdate(byte: Byte) = signature.update(byte)
+
+        override fun engineUpdate(bytes: ByteArray, offset: Int, length: Int) = signature.update(bytes, offset, length)
+
+        override fun engineSign(): ByteArray = signature.sign()
+
+        override fun engineInitVerify(key: PublicKey) = error("not asked for")
+
+        override fun engineVerify(signature: ByteArray) = error("not asked for")
+
+        @Deprecated("by Java")
+        override fun engineSetParameter(name: String, value: Any) = error("not asked for")
+
+        @Deprecated("by Java")
+        override fun engineGetParameter(name: String) = error("not asked for")
+    }
+
     private inner class Store : KeyStoreSpi() {
-        override fun engineLoad(stream: InputStream?, password: CharArray?) = Unit
+        override fun engineLoad(stream: InputStream?, password: CharArray?) = before("load")
 
         override fun engineGetKey(alias: String, password: CharArray?): Key? {
-            if (isUnreadable) throw UnrecoverableKeyException("Failed to obtain information about key")
+            before("getKey")
             return content[alias]?.first
         }
 
-        override fun engineGetCertificate(alias: String): Certificate? = content[alias]?.second
+        override fun engineGetCertificate(alias: String): Certificate? {
+            before("getCertificate")
+            return content[alias]?.second
+        }
 
         override fun engineContainsAlias(alias: String): Boolean = alias in content
 
         override fun engineIsKeyEntry(alias: String): Boolean {
-            answer?.await()
+            before("isKeyEntry")
             return alias in content
         }
 
@@ -134,5 +168,26 @@ internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
         override fun engineGetCertificateAlias(certificate: Certificate?): String? = null
 
         override fun engineStore(stream: OutputStream?, password: CharArray?) = error("never")
+    }
+    companion object {
+        /** The product's calls, in their order; it generates a key if there is none. */
+        val CALLS = listOf("load", "isKeyEntry", "generateKeyPair", "getKey", "getCertificate", "sign")
+
+        /** Returns a key and its certificate, which the JDK's tool makes. */
+        private fun keytool(subject: String): Pair<PrivateKey, Certificate> {
+            val file = File.createTempFile("key", ".p12").apply { delete() }
+            val arguments = listOf(
+                "${System.getProperty("java.home")}/bin/keytool", "-genkeypair", "-alias", "key", "-keyalg", "EC",
+                "-groupname", "secp256r1", "-dname", subject, "-storetype", "PKCS12", "-keystore", file.path,
+                "-storepass", "changeit",
+            )
+            val process = ProcessBuilder(arguments).redirectErrorStream(true).start()
+            val output = process.inputStream.bufferedReader().readText()
+            check(process.waitFor() == 0) { output }
+            val password = "changeit".toCharArray()
+            val store = KeyStore.getInstance(file, password)
+            file.delete()
+            return store.getKey("key", password) as PrivateKey to store.getCertificate("key")
+        }
     }
 }

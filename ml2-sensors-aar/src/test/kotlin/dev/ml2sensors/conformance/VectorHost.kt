@@ -25,7 +25,7 @@ internal class VectorHost : Closeable {
 
     val port: Int get() = server.localPort
 
-    /** Whether TIME_REQUESTs are answered; a vector that is played on `time` stands alone there. */
+    /** True while TIME_REQUESTs are answered. A vector that is played on `time` stands alone there. */
     @Volatile
     var answersTime = true
 
@@ -106,7 +106,7 @@ internal class VectorHost : Closeable {
     companion object {
         private val USES = listOf("", " bulk", " client", " service", " transform", " refused")
 
-        /** What the app opens, and the answers; the last one is refused. */
+        /** The bodies by which the app opens, in order; the receiver refuses the last one. */
         val OPENINGS = USES.map { Vector.validBody("OPEN$it") }
         private val OPENED = USES.map { Vector.validBody("OPENED$it") }
 

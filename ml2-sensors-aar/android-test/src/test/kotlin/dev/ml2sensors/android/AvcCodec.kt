@@ -20,6 +20,7 @@ import org.robolectric.shadows.ShadowMediaCodecList
 import org.robolectric.util.ReflectionHelpers
 import org.robolectric.util.ReflectionHelpers.ClassParameter
 import java.nio.ByteBuffer
+import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.ConcurrentLinkedQueue
 
 /** An encoder below Android's own MediaCodec, of which openh264 does the work. */
@@ -29,8 +30,33 @@ class AvcCodec : ShadowMediaCodec() {
     private lateinit var codec: MediaCodec
 
     @Implementation
+    @Suppress("ktlint:standard:function-naming")
+    override fun __constructor__(name: String, isType: Boolean, isEncoder: Boolean) {
+        pass("createByCodecName")
+        super.__constructor__(name, isType, isEncoder)
+    }
+
+    @Implementation
+    override fun native_start() {
+        pass("start")
+        super.native_start()
+    }
+
+    @Implementation
+    override fun getBuffer(isInput: Boolean, index: Int): ByteBuffer? {
+        pass(if (isInput) "getInputBuffer" else "getOutputBuffer")
+        return super.getBuffer(isInput, index)
+    }
+
+    @Implementation
+    override fun releaseOutputBuffer(index: Int, isRendered: Boolean) {
+        pass("releaseOutputBuffer")
+        super.releaseOutputBuffer(index, isRendered)
+    }
+
+    @Implementation
     fun getInputImage(index: Int): Image {
-        NeverReturns.pass("MediaCodec.getInputImage")
+        pass("getInputImage")
         val memory = checkNotNull(codec.getInputBuffer(index))
         val planes = layout.planes(memory, size.first, size.second)
         return FakeImage(ImageFormat.YUV_420_888, size.first, size.second, 0, planes)
@@ -38,13 +64,13 @@ class AvcCodec : ShadowMediaCodec() {
 
     @Implementation
     fun setParameters(parameters: Bundle) {
-        NeverReturns.pass("MediaCodec.setParameters")
+        pass("setParameters")
         if (parameters.containsKey(MediaCodec.PARAMETER_KEY_REQUEST_SYNC_FRAME)) isKeyFrameWanted = true
     }
 
     @Implementation
     override fun native_queueInputBuffer(index: Int, offset: Int, size: Int, micros: Long, flags: Int) {
-        NeverReturns.pass("MediaCodec.queueInputBuffer")
+        pass("queueInputBuffer")
         val isConfig = sendsParameterSetsOnce && parameterSets == null
         val added = if (isConfig) MediaCodec.BUFFER_FLAG_CODEC_CONFIG else 0
         super.native_queueInputBuffer(index, offset, size, micros, flags or added)
@@ -52,24 +78,17 @@ class AvcCodec : ShadowMediaCodec() {
 
     @Implementation
     override fun native_setCallback(callback: MediaCodec.Callback?) {
+        pass("setCallback")
         AvcCodec.callback = callback
         super.native_setCallback(callback)
     }
 
     @Implementation
     @Suppress("ktlint:standard:function-naming")
-    fun native_release(): Unit = NeverReturns.pass("MediaCodec.release")
+    fun native_release(): Unit = pass("release")
 
     /** Reports an error of the chip, on this thread. */
-    fun fail() {
-        val error = ReflectionHelpers.callConstructor(
-            MediaCodec.CodecException::class.java,
-            ClassParameter.from(Int::class.java, 1),
-            ClassParameter.from(Int::class.java, 0),
-            ClassParameter.from(String::class.java, "the chip is gone"),
-        )
-        checkNotNull(callback).onError(codec, error)
-    }
+    fun fail(): Unit = checkNotNull(callback).onError(codec, codecException("the chip is gone"))
 
     /** How the planes of an input lie in memory. Chroma begins after a brightness whose rows are padded. */
     enum class Layout(private val chromaStep: Int, private val offsetOfU: Int, private val offsetOfV: Int) {
@@ -106,8 +125,8 @@ class AvcCodec : ShadowMediaCodec() {
         /** True if parameter sets come once, in a buffer of their own, and not before key frames. */
         var sendsParameterSetsOnce = false
 
-        /** Why it does not take a format. */
-        var refusal: RuntimeException? = null
+        /** What its calls throw, by their names. */
+        val failures = ConcurrentHashMap<String, Exception>()
 
         /** The images that it was given, without padding: brightness, then U, then V. */
         val inputs = ConcurrentLinkedQueue<ByteArray>()
@@ -143,11 +162,25 @@ class AvcCodec : ShadowMediaCodec() {
             addEncoder(NAME, config)
         }
 
+        /** Stands where Android's own carries out [call]. */
+        private fun pass(call: String) {
+            NeverReturns.pass("MediaCodec.$call")
+            failures[call]?.let { throw it }
+        }
+
+        /** Returns an exception of MediaCodec itself. */
+        fun codecException(message: String): MediaCodec.CodecException = ReflectionHelpers.callConstructor(
+            MediaCodec.CodecException::class.java,
+            ClassParameter.from(Int::class.java, 1),
+            ClassParameter.from(Int::class.java, 0),
+            ClassParameter.from(String::class.java, message),
+        )
+
         fun reset() {
             layout = Layout.NV12
             bitRateModes = "VBR,CBR"
             sendsParameterSetsOnce = false
-            refusal = null
+            failures.clear()
             inputs.clear()
             isKeyFrameWanted = false
             parameterSets = null
@@ -166,8 +199,7 @@ class AvcCodec : ShadowMediaCodec() {
             crypto: android.media.MediaCrypto?,
             flags: Int,
         ) {
-            NeverReturns.pass("MediaCodec.configure")
-            refusal?.let { throw it }
+            pass("configure")
             Companion.format = format
             size = format.getInteger(MediaFormat.KEY_WIDTH) to format.getInteger(MediaFormat.KEY_HEIGHT)
             val rateHz = format.getInteger(MediaFormat.KEY_FRAME_RATE)

@@ -105,9 +105,11 @@ internal class CameraRig(private val manager: CameraManager) {
         fun deliver(image: Image): Boolean = deliver {
             val queue = readers.single()
             queue.images += image
-            val post = ClassParameter.from(Any::class.java, WeakReference(queue.reader))
-            ReflectionHelpers.callStaticMethod<Unit>(ImageReader::class.java, "postEventFromNative", post)
+            queue.announce()
         }
+
+        /** Tells of an image that is gone when it is looked for, when the thread of the callbacks has time. */
+        fun postAnnouncement(): Boolean = handler.post { if (!camera.isClosed) readers.singleOrNull()?.announce() }
 
         private fun deliver(callback: () -> Unit): Boolean {
             var isDelivered = false
@@ -192,6 +194,12 @@ internal class CameraRig(private val manager: CameraManager) {
         }
 
         @Implementation
+        public override fun getCameraCharacteristics(id: String): CameraCharacteristics {
+            NeverReturns.pass("CameraManager.getCameraCharacteristics")
+            return super.getCameraCharacteristics(id)
+        }
+
+        @Implementation
         override fun openCameraDeviceUserAsync(
             id: String,
             callback: CameraDevice.StateCallback,
@@ -251,6 +259,12 @@ internal class CameraRig(private val manager: CameraManager) {
         }
 
         @Implementation
+        override fun createCaptureRequest(template: Int): CaptureRequest.Builder {
+            NeverReturns.pass("CameraDevice.createCaptureRequest")
+            return super.createCaptureRequest(template)
+        }
+
+        @Implementation
         override fun createCaptureSession(
             outputs: List<Surface>,
             callback: CameraCaptureSession.StateCallback,
@@ -296,7 +310,16 @@ internal class CameraRig(private val manager: CameraManager) {
         val images = ConcurrentLinkedQueue<Image>()
 
         @Implementation
-        fun acquireNextImage(): Image? = images.poll()
+        fun acquireNextImage(): Image? {
+            NeverReturns.pass("ImageReader.acquireNextImage")
+            return images.poll()
+        }
+
+        /** Tells the listener of an image. */
+        fun announce() {
+            val post = ClassParameter.from(Any::class.java, WeakReference(reader))
+            ReflectionHelpers.callStaticMethod<Unit>(ImageReader::class.java, "postEventFromNative", post)
+        }
 
         @Implementation
         override fun nativeGetSurface() = super.nativeGetSurface().also { readers += this }

@@ -52,7 +52,10 @@ class FakeNsdManager {
     /** Android's own asks a service that is not here. */
     @Implementation
     @Suppress("FunctionName", "UNUSED_PARAMETER")
-    fun __constructor__(context: Context, service: INsdManager) = Unit
+    fun __constructor__(context: Context, service: INsdManager) {
+        NeverReturns.pass("NsdManager.constructor")
+        onConstructed(this)
+    }
 
     /** Answers the oldest resolution, once it is asked for. */
     suspend fun resolveNext() = resolutions.receive()()
@@ -116,6 +119,12 @@ class FakeNsdManager {
     }
 
     private fun unresolved(name: String) = NsdServiceInfo().also { it.serviceName = name }
+
+    companion object {
+        /** Receives each one that Android constructs. */
+        @Volatile
+        var onConstructed: (FakeNsdManager) -> Unit = {}
+    }
 }
 
 /** Counts the locks that are held, but not their finalization, which Robolectric's own takes for a release. */

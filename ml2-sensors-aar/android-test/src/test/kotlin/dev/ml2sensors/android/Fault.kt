@@ -29,15 +29,17 @@ internal class Fault(val name: String, val begin: HarshHeadset.(Random) -> (() -
 
                 "Context" -> NeverReturns.hold(call).also { restart(StreamTable.battery) }
 
-                "BatteryManager", "PowerManager", "NsdManager", "MulticastLock" -> NeverReturns.hold(call)
+                "BatteryManager", "PowerManager", "MulticastLock" -> NeverReturns.hold(call)
 
-                "MediaCodec" -> NeverReturns.hold(call).also {
-                    if (call in
-                        NeverReturns.OPENING
-                    ) {
-                        platform.video.close()
-                    }
+                "NsdManager" -> NeverReturns.hold(call).also {
+                    if (call == "NsdManager.constructor") platform.renewBrowser()
                 }
+
+                "KeyStore" -> NeverReturns.hold(call).also {
+                    if (call == "KeyStore.generateKeyPair") platform.keystore.forget()
+                }
+
+                "MediaCodec" -> videoNeverReturns(call)
 
                 "YuvImage" -> encodingNeverReturns(call)
 
@@ -51,19 +53,19 @@ internal class Fault(val name: String, val begin: HarshHeadset.(Random) -> (() -
 internal object NeverReturns {
     /** The product's calls that need an answer of another process, a driver or the vendor's library. */
     val CALLS = listOf(
-        "CameraManager.getCameraIdList", "CameraManager.openCamera", "CameraDevice.createCaptureSession",
-        "CameraCaptureSession.setRepeatingRequest", "CameraDevice.close", "ColorPoses.open", "ColorPoses.close",
-        "ColorPoses.capture", "ColorPoses.pose",
-        "YuvImage.compressToJpeg", "MediaCodec.configure", "MediaCodec.release", "MediaCodec.getInputImage",
-        "MediaCodec.setParameters", "MediaCodec.queueInputBuffer", "NsdManager.discoverServices",
+        "CameraManager.getCameraIdList", "CameraManager.getCameraCharacteristics", "CameraManager.openCamera",
+        "CameraDevice.createCaptureSession", "CameraDevice.createCaptureRequest",
+        "CameraCaptureSession.setRepeatingRequest", "CameraDevice.close", "ImageReader.acquireNextImage",
+        "ColorPoses.open", "ColorPoses.close", "ColorPoses.capture", "ColorPoses.pose", "YuvImage.compressToJpeg",
+        "MediaCodec.createByCodecName", "MediaCodec.setCallback", "MediaCodec.configure", "MediaCodec.start",
+        "MediaCodec.getInputBuffer", "MediaCodec.getInputImage", "MediaCodec.setParameters",
+        "MediaCodec.queueInputBuffer", "MediaCodec.getOutputBuffer", "MediaCodec.releaseOutputBuffer",
+        "MediaCodec.release", "NsdManager.constructor", "NsdManager.discoverServices",
         "NsdManager.stopServiceDiscovery", "NsdManager.resolveService", "MulticastLock.acquire",
-        "MulticastLock.release", "SensorManager.registerListener",
-        "SensorManager.unregisterListener", "Context.registerReceiver", "Context.unregisterReceiver",
-        "BatteryManager.getLongProperty", "PowerManager.isInteractive",
-    )
-
-    /** Those by which an encoder is opened and closed, not those for each image. */
-    val OPENING = listOf("MediaCodec.configure", "MediaCodec.release")
+        "MulticastLock.release", "SensorManager.registerListener", "SensorManager.unregisterListener",
+        "Context.registerReceiver", "Context.unregisterReceiver", "Context.checkSelfPermission",
+        "BatteryManager.getLongProperty", "PowerManager.isInteractive", "PowerManager.getCurrentThermalStatus",
+    ) + FakeKeystore.CALLS.map { "KeyStore.$it" }
     private val held = ConcurrentHashMap<String, CountDownLatch>()
     private val waiting = ConcurrentHashMap<Thread, CountDownLatch>()
 
@@ -107,11 +109,26 @@ internal object NeverReturns {
     }
 }
 
+private fun HarshHeadset.videoNeverReturns(call: String): () -> Unit {
+    val end = NeverReturns.hold(call)
+    when (call.substringAfter('.')) {
+        "createByCodecName", "setCallback", "configure", "start", "release" -> platform.video.close()
+
+        // It is closed while it keeps an image
+        "getOutputBuffer", "releaseOutputBuffer" -> return {
+            platform.video.close()
+            end()
+        }
+    }
+    return end
+}
+
 private fun HarshHeadset.cameraNeverReturns(call: String): () -> Unit {
     if (call == "ColorPoses.capture" || call == "ColorPoses.pose") {
         val end = NeverReturns.hold(call)
         return platform.muteCamera(::deliverResult, end)
     }
+    if (call == "ImageReader.acquireNextImage") return platform.muteCamera(::announceImage, NeverReturns.hold(call))
     if (call.endsWith("close")) {
         val end = NeverReturns.hold(call)
         return platform.muteCamera({ loseCamera(CameraRig.DISCONNECTED) }, end)

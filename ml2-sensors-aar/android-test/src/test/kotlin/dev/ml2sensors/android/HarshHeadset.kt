@@ -170,6 +170,9 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         takeKeptImages()
         for (stream in streams.values) if (!platform.isSilent(stream.spec)) measure(stream)
         platform.video.tick()
+        platform.askForKey()
+        headset.thermal
+        headset.permissions
         if (search?.isActive != true) search = scope.backgroundScope.launch { search() }
         settle()
         streams.getValue(StreamTable.battery).delivered += platform.deliveredAtOnce
@@ -226,6 +229,11 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     fun deliverResult() {
         val camera = run?.takeIf { !it.isOver }?.camera ?: return
         platform.postResult(camera, platform.device.monotonicNanos - HarshPlatform.SECOND / 5)
+    }
+
+    /** Lets the camera tell of an image that is gone when it is looked for, without waiting for its thread. */
+    fun announceImage() {
+        run?.takeIf { !it.isOver }?.camera?.postAnnouncement()
     }
 
     /** Counts on the images that the encoder has kept, but for those of a run that was given up. */
@@ -383,11 +391,12 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
                 it.published == before[spec] || it.state.state != Status.Stream.RUNNING
             }
             val isEncoded = platform.video.packets > packets
-            if (dead.isEmpty() && isEncoded && located == HarshPlatform.ADDRESS && platform.poses.open == 1) return
+            val isAnswered = located == HarshPlatform.ADDRESS && platform.poses.open == 1 && platform.hasKey
+            if (dead.isEmpty() && isEncoded && isAnswered) return
             check(start.elapsedNow() < RECOVERY) {
                 val reasons = dead.map { (spec, it) -> "$spec is ${it.state.state}: ${it.state.reason}" }
                 "not back after $RECOVERY: $reasons, found $located, ${platform.poses.open} pose trackers, " +
-                    "${platform.video.packets - packets} images of video"
+                    "${platform.video.packets - packets} images of video, a key: ${platform.hasKey}"
             }
         }
     }

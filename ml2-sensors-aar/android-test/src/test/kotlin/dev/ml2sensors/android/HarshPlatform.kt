@@ -8,11 +8,10 @@ import android.content.IntentFilter
 import android.graphics.ImageFormat
 import android.hardware.SensorManager
 import android.hardware.camera2.CameraManager
-import android.net.nsd.NsdManager
-import android.net.wifi.WifiManager
 import android.os.BatteryManager
 import android.os.PowerManager
 import android.util.Size
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.Headset
@@ -20,10 +19,12 @@ import dev.ml2sensors.source.NoAnswerException
 import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.SensorHeadset
 import dev.ml2sensors.source.VideoEncoder
+import dev.ml2sensors.source.VideoEncoders
 import dev.ml2sensors.source.VideoOutput
 import dev.ml2sensors.source.VideoPacket
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.transport.TestIdentity
 import kotlinx.coroutines.flow.MutableStateFlow
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
@@ -33,8 +34,10 @@ import org.robolectric.shadow.api.Shadow
 import org.robolectric.shadows.ShadowBatteryManager
 import org.robolectric.shadows.ShadowPowerManager
 import org.robolectric.util.ReflectionHelpers
+import java.io.IOException
 import java.nio.ByteBuffer
 import java.nio.channels.GatheringByteChannel
+import java.security.Security
 import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.Future
@@ -43,17 +46,17 @@ import java.util.concurrent.atomic.AtomicInteger
 import java.util.concurrent.atomic.AtomicLong
 import kotlin.random.Random
 import kotlin.time.Duration
+import kotlin.time.Duration.Companion.milliseconds
 
 /** Android and the devices below it: delivers to the product's sources when asked, and fails as told. */
 internal class HarshPlatform(private val app: Application) {
-    private val wifi = app.getSystemService(WifiManager::class.java)
     private val cameraManager = app.getSystemService(CameraManager::class.java)
     private val sensorManager = app.getSystemService(SensorManager::class.java)
     private val battery = shadowOf(app.getSystemService(BatteryManager::class.java))
     val power = shadowOf(app.getSystemService(PowerManager::class.java))
     val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
     val rig = CameraRig(cameraManager).apply {
-        add("1", listOf(JPEG))
+        add("1", CAMERA_1)
         add("0", listOf(Mode(ImageFormat.YUV_420_888, VGA, minNanos = 33_333_333)))
     }
     val poses = FakePoses().apply { isThere = true }
@@ -81,7 +84,13 @@ internal class HarshPlatform(private val app: Application) {
     val sensors = SensorRow.ALL.distinctBy { it.stream }.associate { it.stream to hub.add(it.type, it.name) }
     private val ofNetwork = HarshCalls()
     val networks = CopyOnWriteArrayList<FakeNsdManager>()
-    val browser = NsdBrowser(::newNsdManager, wifi, calls = ofNetwork)
+    var browser = nsdBrowser(app, ofNetwork)
+        private set
+    val keystore = FakeKeystore { TestIdentity.device.run { privateKey to certificate } }
+
+    /** True if the Keystore has returned the app's key when it was last asked. */
+    var hasKey = false
+        private set
 
     private val silent = mutableMapOf<StreamSpec, Int>()
     private val excuses = mutableMapOf<StreamSpec, Int>()
@@ -127,6 +136,12 @@ internal class HarshPlatform(private val app: Application) {
     /** True while the encoder does not return the images that it was given. */
     val keepsImages: Boolean get() = NeverReturns.isHeld("YuvImage.compressToJpeg")
 
+    init {
+        FakeNsdManager.onConstructed = ::join
+        keystore.before = { NeverReturns.pass("KeyStore.$it") }
+        Security.addProvider(keystore)
+    }
+
     /** Lets the camera not answer, in the way that [begin] begins; returns what ends that by [end]. */
     fun muteCamera(begin: () -> Unit, end: () -> Unit): () -> Unit {
         mutes++
@@ -154,17 +169,59 @@ internal class HarshPlatform(private val app: Application) {
     }
 
     /** Opens the product's sources, as an app does. */
-    fun openHeadset(): AndroidHeadset {
+    fun openHeadset(): AndroidHeadset = openHeadset(device.clocks, videoEncoders = null) { it }
+
+    /** As [openHeadset], but with the limits of the product and the clock of this machine. */
+    fun openInRealTime(): AndroidHeadset {
+        AvcCodec.reset()
+        AvcCodec.install(VGA.width, VGA.height)
+        val clocks = SystemClocks(boot = System::nanoTime, monotonic = System::nanoTime)
+        return openHeadset(clocks, MediaCodecEncoders()) { PlatformCalls() }
+    }
+
+    private fun openHeadset(
+        clocks: SystemClocks,
+        videoEncoders: VideoEncoders?,
+        calls: (HarshCalls) -> PlatformCalls,
+    ): AndroidHeadset {
         NativeSlots.load()
         shadowOf(app).grantPermissions(CAMERA)
         val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
         val sources = listOf(
-            SensorManagerSource(sensorManager, device.clocks, bases, ofSensors),
-            Camera2Source(cameraManager, poses, device.clocks, bases, EncoderThreads(2), encoder, calls = ofCamera),
-            BatterySource(receivers, device.clocks.boot, ofBattery),
+            SensorManagerSource(sensorManager, clocks, bases, calls(ofSensors)),
+            Camera2Source(cameraManager, poses, clocks, bases, EncoderThreads(2), encoder, calls = calls(ofCamera)),
+            BatterySource(receivers, clocks.boot, calls(ofBattery)),
         ).map { PermissionCheckedSource(app, it) }
-        val headset = SensorHeadset(Headset.Identity("harsh", "harsh"), device.clocks.boot, sources)
-        return AndroidHeadset(headset, device.clocks, bases, app.getSystemService(PowerManager::class.java), ofPower)
+        val headset = SensorHeadset(Headset.Identity("harsh", "harsh"), clocks.boot, sources, videoEncoders) {
+            NeverReturns.pass("Context.checkSelfPermission")
+            emptyMap()
+        }
+        return AndroidHeadset(headset, clocks, bases, app.getSystemService(PowerManager::class.java), calls(ofPower))
+    }
+
+    /** Lets every sensor measure now, by the clock of this machine. */
+    fun measureInRealTime() {
+        sensors.values.forEach { hub.measure(it, System.nanoTime(), 1f, 2f, 3f, 4f, 5f, 6f) }
+        broadcast()
+    }
+
+    /** Asks for the app's key as a session does, and only briefly while the Keystore does not answer. */
+    fun askForKey() {
+        val isHeld = FakeKeystore.CALLS.any { NeverReturns.isHeld("KeyStore.$it") }
+        hasKey = try {
+            AndroidKeys.of(app, if (isHeld) 1.milliseconds else TEST_LIMIT).identity
+            check(keystore.aliases.size == 1) { "the Keystore has the keys ${keystore.aliases}" }
+            true
+        } catch (e: IOException) {
+            check(isHeld) { "the Keystore answers, but there is no key: $e" }
+            false
+        }
+    }
+
+    /** Searches with an NsdManager that is not made yet, as another start of an app does. */
+    fun renewBrowser() {
+        networks.removeIf { !it.isSearching }
+        browser = nsdBrowser(app, ofNetwork)
     }
 
     fun isSilent(spec: StreamSpec): Boolean = silent.getOrDefault(spec, 0) > 0
@@ -182,7 +239,7 @@ internal class HarshPlatform(private val app: Application) {
     /** Lists camera 1, which makes JPEGs itself, no longer; returns what ends that. */
     fun unlistCamera(): () -> Unit {
         if (unlistings++ == 0) rig.remove("1")
-        return { if (--unlistings == 0) rig.add("1", listOf(JPEG)) }
+        return { if (--unlistings == 0) rig.add("1", CAMERA_1) }
     }
 
     /** Lets no camera open; returns what ends that. */
@@ -307,8 +364,7 @@ internal class HarshPlatform(private val app: Application) {
         images.clear()
     }
 
-    private fun newNsdManager(): NsdManager = Shadow.newInstanceOf(NsdManager::class.java).also {
-        val network = Shadow.extract<FakeNsdManager>(it)
+    private fun join(network: FakeNsdManager) {
         networks.firstOrNull()?.let { first ->
             network.refusal = first.refusal
             network.isSlow = first.isSlow
@@ -343,7 +399,8 @@ internal class HarshPlatform(private val app: Application) {
         const val DESK = "desk"
         val ADDRESS = ReceiverAddress("192.168.1.5", 7755)
         private val VGA = Size(640, 480)
-        val JPEG = Mode(ImageFormat.JPEG, VGA, minNanos = 33_333_333)
+        private val CAMERA_1 =
+            listOf(ImageFormat.JPEG, ImageFormat.YUV_420_888).map { Mode(it, VGA, minNanos = 33_333_333) }
 
         /** All streams that Android's classes deliver but mixed reality, whose camera is of the same class. */
         val STREAMS: Set<StreamSpec> = SensorRow.ALL.map { it.stream }.toSet() + StreamTable.color + StreamTable.battery
@@ -375,6 +432,12 @@ internal class HarshBattery : ShadowBatteryManager() {
 
 @Implements(PowerManager::class)
 internal class HarshPower : ShadowPowerManager() {
+    @Implementation
+    public override fun getCurrentThermalStatus(): Int {
+        NeverReturns.pass("PowerManager.getCurrentThermalStatus")
+        return super.getCurrentThermalStatus()
+    }
+
     @Implementation
     public override fun isInteractive(): Boolean {
         NeverReturns.pass("PowerManager.isInteractive")

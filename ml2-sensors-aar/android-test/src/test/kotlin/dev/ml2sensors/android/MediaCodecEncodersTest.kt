@@ -14,11 +14,13 @@ import dev.ml2sensors.source.VideoSettings
 import dev.ml2sensors.source.hasParameterSets
 import dev.ml2sensors.source.isKeyFrame
 import org.junit.After
+import org.junit.Before
 import org.junit.Test
 import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
 import org.robolectric.annotation.Config
 import org.robolectric.shadow.api.Shadow
+import java.io.IOException
 import java.nio.ByteBuffer
 import java.util.concurrent.LinkedBlockingQueue
 import java.util.concurrent.TimeUnit
@@ -26,6 +28,7 @@ import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
+import kotlin.test.assertIs
 import kotlin.test.assertNotNull
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
@@ -48,8 +51,16 @@ class MediaCodecEncodersTest {
         }
     }
 
+    private val uncaught = LinkedBlockingQueue<Throwable>()
+
+    @Before
+    fun watchThreads(): Unit = Thread.setDefaultUncaughtExceptionHandler { _, cause -> uncaught += cause }
+
     @After
-    fun reset(): Unit = AvcCodec.reset()
+    fun reset() {
+        Thread.setDefaultUncaughtExceptionHandler(null)
+        AvcCodec.reset()
+    }
 
     @Test
     fun imagesComeBackAsH264WithTheirTimes() {
@@ -139,7 +150,7 @@ class MediaCodecEncodersTest {
     @Test
     fun anEncoderThatDoesNotOpenIsAFailureOfTheSource() {
         AvcCodec.install(WIDTH, HEIGHT)
-        AvcCodec.refusal = IllegalStateException("all chips are in use")
+        AvcCodec.failures["configure"] = IllegalStateException("all chips are in use")
         val failure = assertFailsWith<SourceException> { MediaCodecEncoders().open(SETTINGS, output) }
         assertEquals(
             "Android's encoder ${AvcCodec.NAME} does not take ${WIDTH}x$HEIGHT at 30 Hz and 2 Mbit/s: all chips are in use",
@@ -149,16 +160,40 @@ class MediaCodecEncodersTest {
     }
 
     @Test
-    fun whateverAnEncoderThrowsNothingOfItIsLeft() {
+    fun whateverAnEncoderThrowsWhenItOpensNothingOfItIsLeft() {
         AvcCodec.install(WIDTH, HEIGHT)
-        for (refusal in listOf(IllegalArgumentException("no"), NullPointerException("no"), SecurityException("no"))) {
-            AvcCodec.refusal = refusal
-            repeat(5) {
-                val failure = assertFailsWith<SourceException> { MediaCodecEncoders().open(SETTINGS, output) }
-                assertTrue(failure.message.orEmpty().endsWith(": no"), "$failure")
+        for (call in listOf("createByCodecName", "setCallback", "configure", "start")) {
+            for (refusal in FAILURES + IOException("no")) {
+                AvcCodec.failures[call] = refusal
+                repeat(5) {
+                    val failure = assertFailsWith<SourceException> { MediaCodecEncoders().open(SETTINGS, output) }
+                    assertTrue(failure.message.orEmpty().endsWith(": no"), "$call: $failure")
+                }
+                assertFalse(hasThread(), "$call: $refusal")
             }
-            assertFalse(hasThread(), "$refusal")
+            AvcCodec.failures.clear()
         }
+    }
+
+    @Test
+    fun whateverAnEncoderThrowsWhileItRunsIsAFailureOfTheSourceAndNothingOfItIsLeft() {
+        AvcCodec.install(WIDTH, HEIGHT)
+        val ofInputs = listOf("getInputBuffer", "getInputImage", "setParameters", "queueInputBuffer")
+        val ofOutputs = listOf("getOutputBuffer", "releaseOutputBuffer")
+        for (call in ofInputs + ofOutputs + "release") {
+            for (thrown in FAILURES) {
+                val encoder = MediaCodecEncoders().open(SETTINGS, output)
+                AvcCodec.failures[call] = thrown
+                val encoding = runCatching { encoder.put(picture(0), 1, asKeyFrame = true) }
+                val failure = if (call in ofOutputs) failure() else encoding.exceptionOrNull()
+                encoder.close()
+                AvcCodec.failures.clear()
+                val expected = "Android's encoder ${AvcCodec.NAME} failed: no".takeIf { call != "release" }
+                assertEquals(expected, failure?.message, "$call: $thrown")
+                assertFalse(hasThread(), "$call: $thrown")
+            }
+        }
+        assertTrue(uncaught.isEmpty(), "an exception that leaves a thread ends the app: $uncaught")
     }
 
     @Test
@@ -166,11 +201,14 @@ class MediaCodecEncodersTest {
         AvcCodec.install(WIDTH, HEIGHT)
         val encoder = MediaCodecEncoders().open(SETTINGS, output)
         encoder.codec().fail()
-        val failure = failures.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)
-        assertEquals("Android's encoder ${AvcCodec.NAME} failed: the chip is gone", failure?.message)
+        assertEquals("Android's encoder ${AvcCodec.NAME} failed: the chip is gone", failure().message)
         encoder.close()
         assertFalse(hasThread())
     }
+
+    private fun failure() = assertIs<SourceException>(
+        failures.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS),
+    )
 
     private fun packet() = assertNotNull(
         packets.poll(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS),
@@ -190,6 +228,13 @@ class MediaCodecEncodersTest {
     private fun hasThread() = Thread.getAllStackTraces().keys.any { it.name == "ml2s-video" }
 
     internal companion object {
+        val FAILURES = listOf(
+            IllegalStateException("no"),
+            AvcCodec.codecException("no"),
+            IllegalArgumentException("no"),
+            NullPointerException("no"),
+            SecurityException("no"),
+        )
         const val WIDTH = 96
         const val HEIGHT = 64
         val SETTINGS = VideoSettings(WIDTH, HEIGHT, rateHz = 30, bitsPerSecond = 2_000_000)

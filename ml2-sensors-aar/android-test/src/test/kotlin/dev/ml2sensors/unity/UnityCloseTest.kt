@@ -2,16 +2,20 @@ package dev.ml2sensors.unity
 
 import android.hardware.Sensor
 import android.hardware.SensorManager
+import dev.ml2sensors.android.FakeKeystore
 import dev.ml2sensors.android.NeverReturns
 import dev.ml2sensors.android.SensorHub
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.transport.TestIdentity
 import org.junit.After
+import org.junit.Before
 import org.junit.Test
 import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.annotation.Config
+import java.security.Security
 import java.util.concurrent.CountDownLatch
 import kotlin.random.Random
 import kotlin.test.assertTrue
@@ -45,8 +49,19 @@ class UnityCloseTest {
         }
     }
 
+    private val keystore = FakeKeystore { TestIdentity.device.run { privateKey to certificate } }
+
+    @Before
+    fun addKeystore() {
+        keystore.before = { NeverReturns.pass("KeyStore.$it") }
+        Security.addProvider(keystore)
+    }
+
     @After
-    fun reset(): Unit = SensorHub.NativeQueue.reset()
+    fun reset() {
+        Security.removeProvider(keystore.name)
+        SensorHub.NativeQueue.reset()
+    }
 
     @Test
     fun closingReturnsThoughNothingAnswers() {
