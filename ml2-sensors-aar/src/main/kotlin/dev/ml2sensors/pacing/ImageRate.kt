@@ -30,13 +30,10 @@ internal class ImageRate(startNanos: Long) {
         val isMeasured: Boolean,
     )
 
-    private val roundTrips = LeastRoundTrip()
+    private val delay = QueueingDelay()
+    private val pauses = ImagePauses(startNanos)
     private val acknowledged = AcknowledgedBytes()
     private var writtenNanos = startNanos - RECENT_NANOS
-    private var lastDelayNanos = 0L
-
-    /** How many successive round trips had half of the tolerated delay or more. */
-    private var queued = 0
 
     /** When the round trip began that led to a cut before its end. */
     private var judgedNanos: Long? = null
@@ -54,11 +51,9 @@ internal class ImageRate(startNanos: Long) {
     private var grownNanos = 0L
     private var advancedNanos = startNanos
     private var waitedNanos = startNanos - WAITING_NANOS
-    private var busySinceNanos = startNanos
-    private var pausedNanos: Long? = startNanos
 
     /** The least round trip of the last 10 s; 0 before the first. */
-    val leastRoundTripNanos: Long get() = roundTrips.leastNanos
+    val leastRoundTripNanos: Long get() = delay.leastRoundTripNanos
 
     /** The bound of the rate that the user gave, in B/s. */
     var mostBytesPerSecond: Double = MOST
@@ -74,7 +69,7 @@ internal class ImageRate(startNanos: Long) {
     fun bytesPerSecond(nowNanos: Long): Double {
         advance(nowNanos)
         // Congestion shows later on a long path, so that the rate must grow more slowly
-        val seconds = grownNanos * 1e-9 / max(1.0, roundTrips.leastNanos / SHORT_PATH_NANOS)
+        val seconds = grownNanos * 1e-9 / max(1.0, delay.leastRoundTripNanos / SHORT_PATH_NANOS)
         val congestedAt =
             congestedAt ?: return min(START * 2.0.pow(seconds / START_DOUBLING_SECONDS), mostBytesPerSecond)
         val part = if (nowNanos < drainedNanos) DRAIN else CubicGrowth.part(seconds)
@@ -87,7 +82,7 @@ internal class ImageRate(startNanos: Long) {
      */
     fun mostUnderWayBytes(nowNanos: Long): Double {
         val rate = bytesPerSecond(nowNanos)
-        return (rate * roundTrips.leastNanos + proven(rate) * (tolerated + SEEN_NANOS)) * 1e-9
+        return (rate * delay.leastRoundTripNanos + proven(rate) * (delay.toleratedNanos + SEEN_NANOS)) * 1e-9
     }
 
     /** The part of [rate] that is at most a little above the congested one: the link was seen to have so much. */
@@ -100,19 +95,10 @@ internal class ImageRate(startNanos: Long) {
     }
 
     /** From now on an image is written, or waits to be. */
-    fun resume(nowNanos: Long) {
-        val pausedNanos = pausedNanos ?: return
-        if (nowNanos - pausedNanos > SHORTEST_PAUSE_NANOS) busySinceNanos = nowNanos
-        this.pausedNanos = null
-    }
+    fun resume(nowNanos: Long): Unit = pauses.end(nowNanos)
 
     /** No image is left to write. */
-    fun pause(nowNanos: Long) {
-        pausedNanos = nowNanos
-    }
-
-    /** True if images have always waited for a while: then the link delivered as much as it can. */
-    private fun isFilled(nowNanos: Long) = pausedNanos == null && nowNanos - busySinceNanos > FILLED_NANOS
+    fun pause(nowNanos: Long): Unit = pauses.begin(nowNanos)
 
     /** A part of an image was handed to the kernel. */
     fun written(nowNanos: Long) {
@@ -128,18 +114,16 @@ internal class ImageRate(startNanos: Long) {
      * @param onPathNanos how much of it the path took; null if it does not tell of images.
      */
     fun roundTrip(nanos: Long, onPathNanos: Long?, nowNanos: Long) {
-        roundTrips.add(nanos, nowNanos)
+        val before = delay.lastNanos
+        delay.addRoundTrip(nanos, nowNanos)
         if (onPathNanos == null) return
-        val delay = max(0, onPathNanos - roundTrips.leastNanos)
-        val before = lastDelayNanos
-        lastDelayNanos = delay
+        val found = delay.behindImages(onPathNanos)
         val judgedRate = judgedRate
         this.judgedRate = null
-        if (judgedRate != null && delay > STALL_NANOS) return resumeAt(judgedRate, nowNanos)
-        queued = if (delay > tolerated / 2) queued + 1 else 0
-        if (!mayCut(nowNanos) || min(delay, before) <= tolerated) return
-        val grownDelay = delay + max(0, delay - before) // It has grown since this round trip began
-        val delivered = if (isFilled(nowNanos)) {
+        if (judgedRate != null && found > STALL_NANOS) return resumeAt(judgedRate, nowNanos)
+        if (!mayCut(nowNanos) || min(found, before) <= delay.toleratedNanos) return
+        val grownDelay = found + max(0, found - before) // It has grown since this round trip began
+        val delivered = if (pauses.areOver(nowNanos)) {
             acknowledged.recentBytesPerSecond(max(onPathNanos, MOMENTS_NANOS))
         } else {
             acknowledged.mostBytesPerSecond()
@@ -152,15 +136,15 @@ internal class ImageRate(startNanos: Long) {
      * quickly, before small messages are lost in it.
      */
     fun unanswered(askedNanos: Long, nowNanos: Long) {
-        val delay = nowNanos - askedNanos - roundTrips.leastNanos
-        if (askedNanos == judgedNanos || delay <= CERTAIN * tolerated || !isFilled(nowNanos) ||
+        val waiting = nowNanos - askedNanos - delay.leastRoundTripNanos
+        if (askedNanos == judgedNanos || waiting <= CERTAIN * delay.toleratedNanos || !pauses.areOver(nowNanos) ||
             !mayCut(nowNanos)
         ) {
             return
         }
         judgedNanos = askedNanos
         judgedRate = bytesPerSecond(nowNanos)
-        congested(acknowledged.recentBytesPerSecond(nowNanos - askedNanos), delay, nowNanos)
+        congested(acknowledged.recentBytesPerSecond(nowNanos - askedNanos), waiting, nowNanos)
     }
 
     /** The bytes under way alone cannot delay by [STALL_NANOS]: the link stood still, and keeps its rate. */
@@ -168,12 +152,10 @@ internal class ImageRate(startNanos: Long) {
         congestedAt = bytesPerSecond
         congestion = null
         drainedNanos = nowNanos
-        heldUntilNanos = nowNanos + 2 * roundTrips.leastNanos + SHORTEST_HOLD_NANOS
+        heldUntilNanos = nowNanos + 2 * delay.leastRoundTripNanos + SHORTEST_HOLD_NANOS
         grownNanos = 0
-        lastDelayNanos = 0
+        delay.restart()
     }
-
-    private val tolerated get() = max(TOLERATED_NANOS, roundTrips.leastNanos / TOLERATED_PART)
 
     private fun mayCut(nowNanos: Long) = nowNanos >= heldUntilNanos && nowNanos - writtenNanos < RECENT_NANOS
 
@@ -182,8 +164,8 @@ internal class ImageRate(startNanos: Long) {
         delayNanos: Long,
         nowNanos: Long,
     ) {
-        val isFilled = isFilled(nowNanos)
-        val isRelated = nowNanos - heldUntilNanos < RELATED_NANOS + 2 * roundTrips.leastNanos
+        val isFilled = pauses.areOver(nowNanos)
+        val isRelated = nowNanos - heldUntilNanos < RELATED_NANOS + 2 * delay.leastRoundTripNanos
         val before = congestion?.takeIf { isRelated && (it.isMeasured || !isFilled) }
         val rate = bytesPerSecond(nowNanos)
         if (before == null) {
@@ -192,7 +174,7 @@ internal class ImageRate(startNanos: Long) {
             congestedAt = max(delivered, knownRate(rate, nowNanos)).coerceIn(least, rate)
             congestion = Congestion(checkNotNull(congestedAt), delayNanos, cuts = 1, isFilled)
         } else if (before.cuts == MOST_CUTS && delayNanos > before.delayNanos / 2) {
-            roundTrips.restart(roundTrips.leastNanos + delayNanos, nowNanos)
+            delay.accept(delayNanos, nowNanos)
             congestedAt = before.bytesPerSecond
             congestion = null
         } else {
@@ -207,9 +189,9 @@ internal class ImageRate(startNanos: Long) {
         }
         drainedNanos = nowNanos + DRAIN_DELAYS * delayNanos
         // A round trip that is under way has seen the queue, the next one has not
-        heldUntilNanos = drainedNanos + 2 * roundTrips.leastNanos + SHORTEST_HOLD_NANOS
+        heldUntilNanos = drainedNanos + 2 * delay.leastRoundTripNanos + SHORTEST_HOLD_NANOS
         grownNanos = 0
-        lastDelayNanos = 0
+        delay.restart()
     }
 
     /**
@@ -218,7 +200,7 @@ internal class ImageRate(startNanos: Long) {
      */
     private fun knownRate(rate: Double, nowNanos: Long): Double {
         val known = congestedAt
-        return if (known == null || isFilled(nowNanos) || rate > known * CubicGrowth.PLATEAU_END) 0.0 else known
+        return if (known == null || pauses.areOver(nowNanos) || rate > known * CubicGrowth.PLATEAU_END) 0.0 else known
     }
 
     private fun advance(nowNanos: Long) {
@@ -227,8 +209,8 @@ internal class ImageRate(startNanos: Long) {
             val isBeyond = congestedAt != null && grownNanos * 1e-9 > CubicGrowth.PLATEAU_END_SECONDS
             val slowness = when {
                 !isBeyond -> 1
-                queued >= QUEUED -> QUEUE_SLOWNESS
-                !isFilled(nowNanos) -> if (isMoreWanted) SEARCH_SLOWNESS else PAUSES_SLOWNESS
+                delay.isLasting -> QUEUE_SLOWNESS
+                !pauses.areOver(nowNanos) -> if (isMoreWanted) SEARCH_SLOWNESS else PAUSES_SLOWNESS
                 else -> 1
             }
             grownNanos += (nowNanos - from) / slowness
@@ -243,19 +225,12 @@ internal class ImageRate(startNanos: Long) {
         /** No answer for so long means that the link stands still. */
         const val STALL_NANOS: Long = 200_000_000L
 
-        /** Measured: the queue grows to twice this until two round trips have shown it, and samples may be 15 ms late. */
-        private const val TOLERATED_NANOS = 6_000_000L
-
         /** So many times the tolerated delay needs no second round trip. */
         private const val CERTAIN = 3
-        private const val TOLERATED_PART = 8
-        private const val QUEUED = 3
         private const val SEEN_NANOS = 2_000_000L
         private const val MOMENTS_NANOS = 40_000_000L
         private const val RECENT_NANOS = 200_000_000L
         private const val DEEPEST_CUT = 4
-        private const val SHORTEST_PAUSE_NANOS = 5_000_000L
-        private const val FILLED_NANOS = 100_000_000L
         private const val FURTHER_CUT = 0.8
         private const val DEEPEST_FURTHER_CUT = 2
         private const val MOST_CUTS = 4
