@@ -1,8 +1,10 @@
 import signal
 import sys
 
-# Ctrl-C while modules are imported ends the process without a traceback.
+# Ctrl-C until the command line heeds it ends the process without a traceback. The script
+# ml2-receiver starts Python with the signal blocked, so that it waits until here.
 signal.signal(signal.SIGINT, signal.SIG_DFL)
+signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 from .cli import main  # noqa: E402
 

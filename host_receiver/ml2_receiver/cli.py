@@ -2,6 +2,7 @@
 
 import argparse
 import errno
+import io
 import os
 import re
 import select
@@ -112,9 +113,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         nobody reads the output any more, as of programs that end by these signals.
     """
     heed_interrupts()
-    _open_missing_outputs()
+    _open_missing_streams()
     if arguments is None:
         limit_interrupts()
+        _lose_unwritable_errors()
         arguments = sys.argv[1:]
     try:
         return _run(arguments)
@@ -152,11 +154,31 @@ def _run(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
 
 
-def _open_missing_outputs() -> None:
+def _open_missing_streams() -> None:
     """Whoever starts a process may have closed them; a file opened later would become one."""
-    for name in ("stdout", "stderr"):
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115, for good
+            setattr(sys, name, Path(os.devnull).open(mode))  # noqa: SIM115, for good
+
+
+class _LossyFile(io.FileIO):
+    """A file that drops what it cannot write."""
+
+    def write(self, data: Any) -> int:
+        try:
+            return super().write(data) or len(data)  # 0 and None: there is no room now
+        except OSError:
+            return len(data)
+
+
+def _lose_unwritable_errors() -> None:
+    """Lets the command go on when nobody reads stderr any more, or its disk is full.
+
+    A shell that starts without stderr may have opened its own script there, to read it.
+    """
+    file = io.BufferedWriter(_LossyFile(sys.stderr.fileno(), "w", closefd=False))
+    errors, encoding = sys.stderr.errors, sys.stderr.encoding
+    sys.stderr = io.TextIOWrapper(file, encoding, errors, line_buffering=True)
 
 
 def _leave_unwritten(output: TextIO) -> None:

@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 STOP_S = 4.0
 _LOCKED_S = 0.9
@@ -46,7 +47,10 @@ class StopLimit:
                 faulthandler.cancel_dump_traceback_later()
                 return
         hanging = "; ".join(_what_each_does())
-        os.write(sys.stderr.fileno(), f"ended without waiting for what hangs: {hanging}\n".encode())
+        with suppress(OSError):
+            os.write(
+                sys.stderr.fileno(), f"ended without waiting for what hangs: {hanging}\n".encode()
+            )
         os._exit(2)
 
     @staticmethod

@@ -35,11 +35,14 @@ class Child:
 
     When left, it is interrupted, terminated if it goes on, and killed as a last resort: a ROS
     program that is killed stays in the others' graphs for many seconds.
+
+    Args:
+        program: what it starts.
     """
 
-    def __init__(self, *arguments: str) -> None:
+    def __init__(self, *arguments: str, program: str = sys.executable) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, *arguments],
+            [program, *arguments],
             env=environment(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

@@ -2,12 +2,14 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from ml2_receiver.cli import command_line, main
 from refusals import refusal
 
+WRAPPER = Path(__file__).resolve().parents[1] / "ml2-receiver"
 COMMANDS = [
     ["config", "check"],
     ["config", "show"],
@@ -66,6 +68,20 @@ def test_an_output_that_is_missing_or_full_is_no_traceback(
     command = ["bash", "-c", f"exec {sys.executable} -m ml2_receiver {words} {output}"]
     done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (code, said)
+
+
+@pytest.mark.parametrize("program", [f"{sys.executable} -m ml2_receiver", WRAPPER])
+@pytest.mark.parametrize("errors", ["2>&-", "2>/dev/full", "2> >(exec true)"])
+def test_an_error_that_cannot_be_written_is_still_exit_code_2(program: str, errors: str) -> None:
+    command = ["bash", "-c", f"exec {program} unpair nobody {errors}"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+
+
+@pytest.mark.parametrize("output", [">&- 2>&-", ">/dev/full 2>&1"])
+def test_neither_output_is_needed(output: str) -> None:
+    command = ["bash", "-c", f"exec {WRAPPER} config show {output}"]
+    assert subprocess.run(command, check=False).returncode == (2 if "full" in output else 0)
 
 
 def test_without_a_command_all_are_listed_in_groups_on_a_line_each() -> None:

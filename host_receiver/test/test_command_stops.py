@@ -7,6 +7,7 @@ import signal
 import struct
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -81,6 +82,7 @@ WAITING = (
     "record NEW --attach --name nobody",
     "set battery.enabled=true --name nobody",
     "topics --name nobody",
+    "view --no-browser --name nobody",
 )
 both_signals = pytest.mark.parametrize(
     "number", [signal.SIGINT, signal.SIGTERM], ids=lambda it: it.name
@@ -142,7 +144,8 @@ def assert_ends_in_time(child: Child, number: signal.Signals) -> int:
 
 
 def has_traceback(lines: list[str]) -> bool:
-    return any("Traceback" in line for line in lines)
+    unclean = ("Traceback", "Exception ignored", "Task was destroyed")
+    return any(it in line for it in unclean for line in lines)
 
 
 def test_each_command_is_here_and_stops_within_5_s() -> None:
@@ -245,6 +248,51 @@ def test_ctrl_c_ends_a_command_that_waits_whatever_thread_hangs(
         while not child.line().startswith("hangs"):
             pass
         assert assert_ends_in_time(child, signal.SIGINT) in (0, 130, 2)
+
+
+# Says when another thread works, which is that of the node which hears receivers.
+NODE_HEARS = """
+import sys, threading
+from ml2_receiver.cli import main
+
+def say(*_):
+    if threading.current_thread().name == "raw-taker":
+        sys.setprofile(None)
+        print("hears", flush=True)
+
+threading.setprofile(say)
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("words", WAITING)
+def test_ctrl_c_ends_a_command_that_waits_and_nothing_hangs(
+    words: str, given: dict[str, str]
+) -> None:
+    with started(words, given, "-c", NODE_HEARS) as child:
+        while child.line() != "hears":
+            pass
+        assert assert_ends_in_time(child, signal.SIGINT) in (0, 130)
+        assert child.errors == []
+
+
+EVERY = (*LASTING, *BRIEF)
+WRAPPER = str(Path(__file__).resolve().parents[1] / "ml2-receiver")
+# The first moments are those at which Python starts.
+MOMENTS = [(words, 0.02 * at) for at, words in enumerate(EVERY)] + [
+    (words, 0.02 * len(EVERY) + 0.04 * at) for at, words in enumerate(EVERY)
+]
+
+
+@pytest.mark.parametrize(("words", "after_s"), MOMENTS)
+def test_ctrl_c_at_any_moment_after_the_start_has_no_traceback(
+    words: str, after_s: float, given: dict[str, str]
+) -> None:
+    with Child(*(given.get(it, it) for it in words.split()), program=WRAPPER) as child:
+        threading.Event().wait(after_s)
+        code = child.end(signal.SIGINT)
+        assert not has_traceback(child.errors)
+        assert code in (0, INCOMPLETE.get(words.split()[0], 0), 1, 2, 130, -signal.SIGINT)
 
 
 # Starts a command, reads its output until it is ready, closes the pipe and hands on a signal.

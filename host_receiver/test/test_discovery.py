@@ -15,6 +15,7 @@ from zeroconf import Zeroconf
 from zeroconf._dns import DNSPointer
 from zeroconf._protocol.outgoing import DNSOutgoing
 
+from ml2_receiver.transport import discovery
 from ml2_receiver.transport.discovery import (
     SERVICE_TYPE,
     Announcement,
@@ -131,6 +132,28 @@ def test_names_without_an_address_are_not_found_and_leave_nothing_running() -> N
         assert not {it.name for it in find_receivers(0.5, LOOPBACK)} & set(names)
         assert set(threading.enumerate()) <= speaking
     assert set(threading.enumerate()) <= before
+
+
+def test_names_that_dns_does_not_allow_end_no_search() -> None:
+    names = ["_sub", "a\x1b]52;c;QUJD\x07", "_http._tcp"]
+    with pointed_at(names), announced(own("allowed"), 7012), overheard() as packets:
+        while on_the_wire("_sub") not in packets.get(timeout=LIMIT_S):
+            pass
+        found({own("allowed")})
+
+
+def test_of_very_many_names_a_hundred_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[str] = []
+
+    async def resolve(_: object, name: str, __: float) -> None:
+        tried.append(name)
+
+    monkeypatch.setattr(discovery, "_resolve", resolve)
+    with pointed_at([own(f"many-{number}") for number in range(300)]):
+        while len(tried) < 100:
+            tried.clear()
+            find_receivers(0.5, LOOPBACK)
+    assert len(tried) == 100
 
 
 def test_a_name_that_is_taken_gets_a_number() -> None:

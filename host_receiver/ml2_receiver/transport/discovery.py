@@ -13,6 +13,7 @@ from typing import Self
 
 import ifaddr
 from zeroconf import (
+    BadTypeInNameException,
     DNSQuestionType,
     IPVersion,
     ServiceInfo,
@@ -32,6 +33,8 @@ SEARCH_S = 3.0
 _QUIET_S = 1.2
 # The interval at which changed addresses are announced.
 _UPDATE_S = 2.0
+# Anybody can announce names, as many as they like.
+_MOST_FOUND = 100
 
 _LOOPBACK = "127.0.0.1"
 # The limit of RFC 1035, less the number that distinguishes receivers of the same name.
@@ -209,7 +212,7 @@ class FoundReceiver:
 def find_receivers(
     timeout_s: float = SEARCH_S, interfaces: list[str] | None = None
 ) -> list[FoundReceiver]:
-    """Returns the receivers that are found within `timeout_s`, sorted by name.
+    """Returns the receivers that are found within `timeout_s`, at most 100, sorted by name.
 
     A responder repeats a record at most once a second (RFC 6762, 6), so a search right after
     another one must take longer than 1 s.
@@ -224,8 +227,11 @@ def find_receivers(
     try:
         with Zeroconf(interfaces=interfaces or every) as zeroconf:
             assert zeroconf.loop is not None
-            search = _search(zeroconf, timeout_s)
-            return asyncio.run_coroutine_threadsafe(search, zeroconf.loop).result()
+            search = asyncio.run_coroutine_threadsafe(_search(zeroconf, timeout_s), zeroconf.loop)
+            try:
+                return search.result()
+            finally:  # by Ctrl-C, too
+                search.cancel()
     except OSError as error:
         raise DiscoveryError(f"no multicast: {error.strerror}") from error
 
@@ -238,24 +244,27 @@ async def _search(zeroconf: Zeroconf, timeout_s: float) -> list[FoundReceiver]:
     ) -> None:
         if name in resolving:
             resolving.pop(name).cancel()
-        if state_change is not ServiceStateChange.Removed:
+        if state_change is not ServiceStateChange.Removed and len(resolving) < _MOST_FOUND:
             resolving[name] = asyncio.ensure_future(_resolve(zeroconf, name, timeout_s))
 
-    browser = AsyncServiceBrowser(
-        zeroconf, SERVICE_TYPE, [changed], question_type=DNSQuestionType.QM
-    )
-    await asyncio.sleep(timeout_s)
-    await browser.async_cancel()
-    done = [task for task in resolving.values() if task.done()]
-    for task in resolving.values():
-        task.cancel()
+    question = DNSQuestionType.QM
+    try:
+        async with AsyncServiceBrowser(zeroconf, SERVICE_TYPE, [changed], question_type=question):
+            await asyncio.sleep(timeout_s)
+    finally:
+        done = [task for task in resolving.values() if task.done()]
+        for task in resolving.values():
+            task.cancel()
     found = [receiver for task in done if (receiver := task.result()) is not None]
     return sorted(found, key=lambda receiver: receiver.name)
 
 
 async def _resolve(zeroconf: Zeroconf, name: str, timeout_s: float) -> FoundReceiver | None:
     """Returns the receiver with a service name, or None if it does not answer in time."""
-    info = AsyncServiceInfo(SERVICE_TYPE, name)
+    try:
+        info = AsyncServiceInfo(SERVICE_TYPE, name)
+    except BadTypeInNameException:
+        return None
     is_whole = await info.async_request(zeroconf, timeout_s * 1000, DNSQuestionType.QM)
     if not is_whole or not info.port:
         return None

@@ -23,13 +23,13 @@ def record_attached(options: argparse.Namespace) -> int:
         RosError: there is no receiver, or it does not answer.
         RecordingError: it does not record, with its reason.
     """
-    stopping = stop_signal()
     with diagnostics_node() as node:
         from ..live.receiver_client import ReceiverClient
 
         name = node.node_name(options.name, PATIENCE_S)
         services = [_START, _STOP]
         with closing(ReceiverClient(node.context, name, PATIENCE_S, services)) as client:
+            stopping = stop_signal()
             _done(client.set(_parameters(options)))
             started = _done(client.call(_START))
             print(f"{whom(node, client, options.name)}{started} until Ctrl-C", flush=True)

@@ -42,7 +42,6 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    stopping = stop_signal()
     console = Console(width=None if sys.stdout.isatty() else _WIDTH)
     with found_receiver(options.name, PATIENCE_S) as node:
         rows = node.rows(options.name, PATIENCE_S)
@@ -51,6 +50,7 @@ def _run(options: argparse.Namespace) -> int:
         elif options.once:
             console.print(topic_table(rows, console))
         else:
+            stopping = stop_signal()
             print("watching until Ctrl-C", flush=True)
             with Live(topic_table(rows, console), console=console, auto_refresh=False) as live:
                 while not stopping.wait(_REDRAW_S):

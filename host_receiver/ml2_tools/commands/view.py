@@ -81,7 +81,6 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    stopping = stop_signal()
     with optional_packages(
         "cv2", "websockets", command="view", pip="pip install './host_receiver[view]'"
     ):
@@ -99,6 +98,7 @@ def _run(options: argparse.Namespace) -> int:
     with listener, source as (view, backend):
         server = ViewServer(listener, view, backend, token)
         try:
+            stopping = stop_signal()
             print(f"open {address}", flush=True)
             is_shown = not options.no_browser and _has_screen()
             with _browser(address) if is_shown else nullcontext():
