@@ -1,10 +1,9 @@
 namespace Ml2Sensors.Bridge
 {
-    /// <summary>The bridge on platforms without a headset: does nothing, and says why.</summary>
+    /// <summary>The bridge where there is no headset: does nothing, and says why.</summary>
     internal sealed class UnavailableBridge : IMl2Bridge
     {
-        public UnavailableBridge(string platform) =>
-            Unavailable = $"ML2 Sensors streams on the headset only; on {platform} nothing is captured or sent.";
+        public UnavailableBridge(string reason) => Unavailable = reason;
 
         public string Unavailable { get; }
 

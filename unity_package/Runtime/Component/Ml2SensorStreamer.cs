@@ -88,7 +88,7 @@ namespace Ml2Sensors
             set => _config = value;
         }
 
-        /// <summary>Why this platform cannot stream; null if it can.</summary>
+        /// <summary>Why this component cannot stream on this platform, or any more; null if it can.</summary>
         public string Unavailable => Bridge.Unavailable;
 
         internal Func<Action<string>, IMl2Bridge> OpenBridge { get; set; } = OpenPlatformBridge;
@@ -144,7 +144,8 @@ namespace Ml2Sensors
         private static IMl2Bridge OpenPlatformBridge(Action<string> changed)
         {
             if (Application.platform == RuntimePlatform.Android) return new AndroidBridge(changed);
-            return new UnavailableBridge(Application.platform.ToString());
+            return new UnavailableBridge(
+                $"ML2 Sensors streams on the headset only; on {Application.platform} nothing is captured or sent.");
         }
 
         private void OnEnable()
@@ -181,7 +182,8 @@ namespace Ml2Sensors
         private void OnDestroy()
         {
             _bridge?.Dispose();
-            _bridge = null;
+            // Scripts may outlive this component, and nobody would close a library that they opened
+            _bridge = new UnavailableBridge("This ML2 Sensor Streamer is destroyed.");
             _isLibraryPaused = false;
         }
 

@@ -235,6 +235,45 @@ namespace Ml2Sensors.Tests
             }
         }
 
+        [Test]
+        public void Lifecycle_InAnyOrder_OpensOneLibraryAndClosesItOnceAndForGood()
+        {
+            foreach (int seed in Enumerable.Range(1, 200))
+            {
+                SetUp();
+                int opened = 1;
+                var open = _streamer.OpenBridge;
+                _streamer.OpenBridge = changed =>
+                {
+                    opened++;
+                    return open(changed);
+                };
+                ScriptedBridge bridge = _bridge;
+                var publisher = new Ml2Publisher<StringMsg>(_streamer, "note");
+                var random = new System.Random(seed);
+                var calls = new System.Action[]
+                {
+                    () => _streamer.enabled = !_streamer.enabled,
+                    () => _streamer.Send("OnApplicationPause", random.Next(2) == 0),
+                    () => _streamer.Send("OnApplicationFocus", random.Next(2) == 0),
+                    Update,
+                    _streamer.StartStreaming,
+                    _streamer.StopStreaming,
+                    () => _streamer.Pair("ml2s://desk:1?fp=0&token=0"),
+                    () => publisher.Publish(new StringMsg { data = "a" }, 42),
+                    () => _streamer.AddView(StreamId.Depth),
+                    () => bridge.Needs = random.Next(2) == 0 ? "[]" : CameraNeeded,
+                };
+                for (int i = 0; i < 20; i++) calls[random.Next(calls.Length)]();
+                for (int i = 0; i < 2; i++) _streamer.Send("OnDestroy");
+                for (int i = 0; i < 20; i++) calls[random.Next(calls.Length)]();
+                Assert.AreEqual(1, opened, $"seed {seed}");
+                Assert.AreEqual(1, bridge.Calls.Count(call => call == "close"), $"seed {seed}");
+                Assert.AreEqual("close", bridge.Calls.Last(), $"seed {seed}");
+                StringAssert.Contains("destroyed", _streamer.Unavailable);
+            }
+        }
+
         [TestCase("OnApplicationFocus", true)]
         [TestCase("OnApplicationPause", false)]
         public void PermissionRequest_WithoutAnAnswer_EndsWhenTheAppIsInFrontAgain(string message, bool argument)
