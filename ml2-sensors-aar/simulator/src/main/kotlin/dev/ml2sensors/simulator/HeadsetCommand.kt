@@ -9,7 +9,9 @@ import com.github.ajalt.clikt.core.context
 import com.github.ajalt.clikt.parameters.groups.provideDelegate
 import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.default
+import com.github.ajalt.clikt.parameters.options.multiple
 import com.github.ajalt.clikt.parameters.options.option
+import com.github.ajalt.clikt.parameters.options.transformValues
 import com.github.ajalt.clikt.parameters.options.versionOption
 import com.github.ajalt.clikt.parameters.types.file
 import com.github.ajalt.clikt.parameters.types.long
@@ -45,6 +47,13 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         help = "Replay X times as fast as recorded; max: as fast as the receiver takes it.",
     )
         .convert { rateFactor(it) ?: fail("expected a positive number or max, found '$it'") }
+    private val subscribed by option(
+        "--subscribe",
+        metavar = "TOPIC TYPE",
+        help = "Print the messages of a ROS topic, as far as the receiver's app.subscribe allows it; repeatable.",
+    )
+        .transformValues(2) { (topic, type) -> PrintedTopic(topic, type) }
+        .multiple()
 
     init {
         versionOption(Version.NAME)
@@ -68,7 +77,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     private fun stream(headset: Headset): Boolean {
         val link = link.open { echo(it, err = true) }
         return runBlocking {
-            stream(headset, link, duration, stopSignal(), ::echo) {
+            stream(headset, link, duration, stopSignal(), subscribed, ::echo) {
                 if (headset is SimulatedHeadset) simulation.setLater(headset, duration, ::echo)
             }
         }

@@ -18,13 +18,14 @@ import kotlinx.coroutines.flow.combine
 import kotlinx.coroutines.flow.filterIsInstance
 import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.flow.onEach
+import kotlinx.coroutines.joinAll
 import kotlinx.coroutines.launch
 import kotlin.time.Duration
 
 /**
  * Streams [headset] over [link] and logs what happens, until a recording ends, [duration] has passed since the first
  * sample, or [stop] is completed. Calls [onFirstSample] at the first sample. Publishes [AppUptime] if the receiver
- * takes custom topics.
+ * takes custom topics, and prints the topics [printed].
  *
  * @return false if a stream is waiting or has failed at the end.
  */
@@ -33,12 +34,14 @@ internal suspend fun stream(
     link: ConnectionSettings,
     duration: Duration?,
     stop: CompletableDeferred<String>,
+    printed: List<PrintedTopic>,
     log: (String) -> Unit,
     onFirstSample: suspend () -> Unit,
 ): Boolean = coroutineScope {
     val firstSample = CompletableDeferred<Unit>()
     val streamer = Ml2Streamer(ObservedHeadset(headset, firstSample), link.receiver, link.security)
     val uptime = AppUptime(streamer, headset.clock)
+    val printing = printed.map { it.printer(streamer, log) }.map { launch { it() } }
     val logging = launch { streamer.logChanges(link.receiver, log) }
     launch { stop.complete(streamer.state.filterIsInstance<StreamerState.Ended>().first().reason) }
     launch {
@@ -56,7 +59,7 @@ internal suspend fun stream(
     launch { uptime.run() }
     val reason = stop.await()
     streamer.stop(reason)
-    logging.join()
+    (printing + logging).joinAll()
     log("ended: $reason")
     coroutineContext.cancelChildren()
     streamer.streams.value.values.none { it is StreamState.Waiting || it is StreamState.Failed }

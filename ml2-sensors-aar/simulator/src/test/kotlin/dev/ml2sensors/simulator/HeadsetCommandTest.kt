@@ -37,6 +37,9 @@ class HeadsetCommandTest {
             "--receiver h:1 --replay $recording/absent" to "$recording/absent",
             "--receiver h:1 --simulate seed" to "expected KEY=VALUE or KEY=VALUE@SECONDS, found 'seed'",
             "--receiver h:1 --simulate a=1 --replay $recording" to "--simulate and --replay exclude each other",
+            "--receiver h:1 --subscribe /a" to "option --subscribe requires 2 values",
+            "--insecure --receiver h:1 --replay $recording --subscribe /a std_msgs/String" to
+                "--subscribe: expected a ROS type such as std_msgs/msg/String, of a class by its @SerialName, found",
             "--receiver h:1 --unknown" to "no such option --unknown",
             "--pair http://h:1" to "expected ml2s://HOST:PORT?fp=64_HEX_DIGITS&token=32_HEX_DIGITS",
             "--insecure-eye-images --replay $recording" to "--insecure-eye-images needs --insecure",
