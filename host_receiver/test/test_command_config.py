@@ -56,6 +56,36 @@ def test_what_is_for_another_node_is_said(tmp_path: Path, check: Check) -> None:
     assert printed.err.startswith(said)
 
 
+FLEET = """
+/**: {ros__parameters: {planner: {speed: 1}, gaze: {enabled: true}, world_center: {enabled: false}}}
+/robot1/ml2_receiver: {ros__parameters: {controller: {enabled: true}}}
+robot2: {ml2_receiver: {ros__parameters: {hands: {enabled: true}, gaze: {enabled: VALUE}}}}
+/camera_driver: {ros__parameters: {rate: 30}}
+"""
+
+
+def test_a_file_for_several_receivers_is_checked_for_each(check: Check) -> None:
+    file = FLEET.replace("VALUE", "false")
+    printed = check(file)
+    assert "/robot1/ml2_receiver: " in printed.out
+    assert "/robot2/magic_leap2/hand_left" in printed.out
+    assert printed.err.count("planner") == 1
+    each = json.loads(check(file, "--json").out)
+    assert list(each) == ["/robot1/ml2_receiver", "/robot2/ml2_receiver"]
+    first, second = (it["streams"] for it in each.values())
+    assert "/robot1/magic_leap2/gaze" in first["gaze"]["topics"]
+    assert {"gaze", "controller"} <= first.keys()
+    assert "hand_left" not in first
+    assert "hand_left" in second
+    assert not {"gaze", "controller"} & second.keys()
+
+
+def test_what_is_wrong_for_one_of_several_receivers_is_said_once(check: Check) -> None:
+    file = FLEET.replace("speed", "sp").replace("gaze: {enabled: true}", "gaze: {enable: true}")
+    *said, _ = check(file.replace("VALUE", "maybe"), code=2).err.splitlines()
+    assert [it.split(":")[1:3] for it in said] == [["2", " gaze.enable"], ["4", " gaze.enabled"]]
+
+
 def test_a_bad_file_has_one_line_per_error(tmp_path: Path, check: Check) -> None:
     file = tmp_path / "config.yaml"
     text = "/**:\n  ros__parameters:\n    gaze: {enabled: 1}\n    tf: {layout: tree}\n"

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..configuration.config import Config, load_config
+from ..configuration.config import Config, load_each
 from ..configuration.forecast import images_mbit_per_s
 from ..configuration.link_fit import bound_mbit_per_s, fitting_change, link_in_words
 from ..json_text import json_text
@@ -14,6 +14,8 @@ from .options import Subparsers, above_zero, add_file
 from .receiving import print_ignored
 
 _CHECK_EPILOG = """\
+Checks a file with several receivers for each of them. --json then has an object for each, by the
+name of its node.
 Exit code: 0, or 2 with one line per wrong value.
 
 examples:
@@ -58,26 +60,36 @@ def _check(options: argparse.Namespace) -> int:
     from rich.console import Console
     from rich.table import Table
 
-    config = load_config(options.file)
-    print_ignored(config, str(options.file))
-    needs = images_mbit_per_s(config)
-    link = options.link or bound_mbit_per_s(config)
+    configs = load_each(options.file)
+    ignored = dict.fromkeys(it for config in configs.values() for it in config.ignored)
+    print_ignored(ignored, str(options.file))
     if options.json:
-        print(json_text(_as_json(config, needs, link), indent=2))
+        each = {node: _as_json(it, options.link) for node, it in configs.items()}
+        print(json_text(each if len(each) > 1 else next(iter(each.values())), indent=2))
         return 0
-    # Not the table's title, which would break the command to copy into lines
-    print(f"{len(config.requests)} streams; {link_in_words(config, needs, link)}")
-    table = Table("stream", "topics")
-    table.add_column("Mbit/s", justify="right")
-    for id, _, topics in _streams(config):
-        need = f"{needs[id]:.1f}" if id in needs else ""
-        table.add_row(id, "\n".join(it.full_name(config.prefix) for it in topics), need)
-    Console().print(table)
+    for node, config in configs.items():
+        # Not the table's title, which would break the command to copy into lines
+        whose = f"{node}: " if len(configs) > 1 else ""
+        needs, link = _needs(config, options.link)
+        said = link_in_words(config, needs, link)
+        print(f"{whose}{len(config.requests)} streams; {said}", flush=True)
+        table = Table("stream", "topics")
+        table.add_column("Mbit/s", justify="right")
+        for id, _, topics in _streams(config):
+            need = f"{needs[id]:.1f}" if id in needs else ""
+            table.add_row(id, "\n".join(it.full_name(config.prefix) for it in topics), need)
+        Console().print(table)
     return 0
 
 
-def _as_json(config: Config, needs: Mapping[str, float], link: float | None) -> dict[str, Any]:
+def _needs(config: Config, link: float | None) -> tuple[Mapping[str, float], float | None]:
+    """Returns what images need by stream, and what the link carries, in Mbit/s."""
+    return images_mbit_per_s(config), link or bound_mbit_per_s(config)
+
+
+def _as_json(config: Config, link: float | None) -> dict[str, Any]:
     """Returns an object; `change` is null where the link is not known, or nothing fits it."""
+    needs, link = _needs(config, link)
     change = None if link is None else fitting_change(config, link, needs)
     return {
         "prefix": config.prefix,

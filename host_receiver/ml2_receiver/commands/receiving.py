@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from itertools import pairwise
@@ -14,7 +14,7 @@ from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
 from ..configuration.parameter_file import MAX_BYTES, node_names
 from ..configuration.whole_file import read_file
-from ..errors import ConfigError
+from ..errors import ConfigError, Problem
 from ..generated.version import VERSION
 from ..session.graph import Graph
 from ..session.server import Server
@@ -91,13 +91,13 @@ def load(file: ConfigFile, options: argparse.Namespace) -> Config:
     Says on standard error what the file has for others.
     """
     config = file.load()
-    print_ignored(config, str(file.path))
+    print_ignored(config.ignored, str(file.path))
     return replace(config, name=options.name)
 
 
-def print_ignored(config: Config, file: str) -> None:
+def print_ignored(ignored: Iterable[Problem], file: str) -> None:
     """Says on standard error what a file has that is not for the receiver."""
-    for problem in config.ignored:
+    for problem in ignored:
         print(problem.located_in(file), file=sys.stderr)
 
 

@@ -12,8 +12,20 @@ from ..wire.messages import Link
 from .app_rules import USES, AppRules, NameRules
 from .calibration import Calibration, load_calibration
 from .config_rules import Values, camera_problems, key_problems, read_values, without_modes
-from .parameter_file import MAX_BYTES, Parameter, expected_one_of, is_of_ros, read_parameters
+from .parameter_file import (
+    MAX_BYTES,
+    Parameter,
+    expected_one_of,
+    is_of_ros,
+    node_names,
+    read_parameters,
+    receivers_in,
+)
 from .whole_file import read_file
+
+
+# Stands for any receiver.
+_ANY = "/**"
 
 
 @dataclass(frozen=True)
@@ -107,6 +119,35 @@ def load_config(path: Path, node: str | None = None) -> Config:
         raise ConfigError([problem], str(path)) from error
     except ConfigError as error:
         raise ConfigError(error.problems, str(path)) from error
+
+
+def load_each(path: Path) -> dict[str, Config]:
+    """Reads a ROS 2 parameter file for each receiver that it names, by the name of the node.
+
+    Where it names at most one, it is read for any receiver.
+
+    Raises:
+        ConfigError: as load_config(); for several receivers with what is wrong for any of them.
+    """
+    config: dict[str, Config] = {}
+    problems: dict[Problem, None] = {}
+    nodes = _receivers_in(path)
+    for node in nodes if len(nodes) > 1 else [None]:
+        name = (node or "").rpartition("/")[0].strip("/")
+        try:
+            config[node or _ANY] = replace(load_config(path, node), name=name)
+        except ConfigError as error:
+            problems |= dict.fromkeys(error.problems)
+    if problems:
+        raise ConfigError(sorted(problems, key=lambda problem: problem.line), str(path))
+    return config
+
+
+def _receivers_in(path: Path) -> list[str]:
+    try:
+        return receivers_in(node_names(read_file(path, MAX_BYTES)))
+    except (ConfigError, OSError):  # which load_config() says
+        return []
 
 
 def parse_config(data: bytes, folder: Path = Path(), node: str | None = None) -> Config:

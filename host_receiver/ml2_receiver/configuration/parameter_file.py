@@ -119,12 +119,17 @@ def chosen(paths: Sequence[str], node: str | None) -> list[str]:
         return [it for it in paths if is_receiver(it) or is_wildcard(it)]
     name = node.rpartition("/")[2]
     found = [it for it in paths if matches(_with_name(it, name), node)]
-    return found or [it for it in paths if is_receiver(it) and not is_pattern(it)]
+    return found or receivers_in(paths)
 
 
 def _with_name(path: str, name: str) -> str:
     """The path as if the receiver's node, which may be renamed, had this name."""
     return f"{path.rpartition('/')[0]}/{name}" if is_receiver(path) else path
+
+
+def receivers_in(paths: Sequence[str]) -> list[str]:
+    """Returns the nodes of receivers that a file names, in their order."""
+    return list(dict.fromkeys(it for it in paths if is_receiver(it) and not is_pattern(it)))
 
 
 def is_receiver(path: str) -> bool:

@@ -16,7 +16,7 @@ from rich.table import Table
 
 from ml2_receiver.commands.options import Subparsers, add_file, add_name, add_ros_args
 from ml2_receiver.commands.session_port import PORT
-from ml2_receiver.configuration.config import Config, load_config
+from ml2_receiver.configuration.config import Config, load_each
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.configuration.parameter_file import MAX_BYTES, node_names
 from ml2_receiver.configuration.settings import config_of
@@ -138,7 +138,7 @@ def _diagnostics(receiver: str) -> Mapping[str, Values | str]:
 
 def _parameter_file(file: Path) -> Finding:
     try:
-        load_config(file)
+        load_each(file)
         data = read_file(file, MAX_BYTES)
     except ConfigError as error:
         return findings.wrong_parameter_file(str(file), str(error))
