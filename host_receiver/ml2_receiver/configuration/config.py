@@ -23,7 +23,6 @@ from .parameter_file import (
 )
 from .whole_file import read_file
 
-
 # Stands for any receiver.
 _ANY = "/**"
 
