@@ -51,7 +51,7 @@ internal class CameraPipeline(
     private val poseless =
         if (spec.bodyFrameId == StreamTable.color.bodyFrameId) PoselessImages(spec, report) else null
     private var camera: RosCamera? = null
-    private val publishers = channels.map(::publisher)
+    private val parts = channels.map(::part)
 
     /** One image, as all topics have it. */
     private class Capture(val sample: ImageSample, val header: Header, val stampNanos: Long, val quality: Int?)
@@ -79,7 +79,7 @@ internal class CameraPipeline(
         when {
             stampNanos == null -> lose(1, stamps.lossReason(sample.captureNanos))
             video == null && !images.admits(sample.captureNanos) -> Unit
-            encoder == null -> publish(sample, stampNanos, setting)
+            encoder == null -> publishCapture(sample, stampNanos, setting)
             else -> compress(encoder, sample, stampNanos, setting)
         }
     }
@@ -100,20 +100,20 @@ internal class CameraPipeline(
     ) {
         val compressed = encoder.encode(sample, setting.quality ?: 0) ?: return lose(1, DropReason.NO_BUFFER)
         try {
-            publish(compressed, stampNanos, setting)
+            publishCapture(compressed, stampNanos, setting)
         } finally {
             compressed.release()
         }
     }
 
-    private suspend fun publish(sample: ImageSample, stampNanos: Long, setting: ImageSetting) {
+    private suspend fun publishCapture(sample: ImageSample, stampNanos: Long, setting: ImageSetting) {
         val capture = Capture(sample, Header(Time.ofNanos(stampNanos), frameIds.of(spec)), stampNanos, setting.quality)
         images.published(channels.sumOf { sample.plane(it.topic.role)?.remaining() ?: 0 }, setting)
-        for (publish in publishers) publish(capture)
+        for (publishPart in parts) publishPart(capture)
     }
 
-    /** Returns what publishes a channel's part of a capture. */
-    private fun publisher(channel: TopicChannel): suspend (Capture) -> Unit {
+    /** Returns the function that publishes a channel's part of a capture. */
+    private fun part(channel: TopicChannel): suspend (Capture) -> Unit {
         val topic = channel.topic
         val encoding = topic.encoding ?: spec.encoding
         return when (topic.type) {
