@@ -3,7 +3,6 @@
 import threading
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Self
 
 import rclpy
@@ -15,7 +14,7 @@ from ..session.downlink import Downlink, Outlet
 from ..session.graph import refused
 from ..wire.frame import Frame
 from ..wire.opening_bodies import Open, Opened
-from .layout import Described, DifferentError, described
+from .layout import Described, DifferentError, described, plain
 from .node import RosNode
 from .raw_taker import RawTaker
 from .real_time import steady_timer
@@ -26,35 +25,53 @@ _LEAST_DEPTH = 10
 _REMEMBERED = 1000
 
 
-@dataclass
 class _Heard:
-    """What was taken of a topic, so that nothing is delivered twice. Used by the taker's thread."""
+    """What was taken of a topic: nothing is delivered twice, and what ROS lost is counted.
 
-    recent: deque[tuple[int, int]] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
-    known: set[tuple[int, int]] = field(default_factory=set)
-    last: int | None = None
+    Only the taker's thread uses it, but for `publishers`, the identities of those there are.
+    """
+
+    def __init__(self) -> None:
+        self.publishers: tuple[bytes, ...] = ()
+        self._recent: deque[tuple[int, int]] = deque()
+        self._known: set[tuple[int, int]] = set()
+        self._last: tuple[tuple[bytes, ...], int] | None = None
 
     def is_new(self, message: tuple[int, int]) -> bool:
-        if message in self.known:
+        """Returns False for a source time and number that was taken, by an earlier subscription."""
+        if message in self._known:
             return False
-        if len(self.recent) == _REMEMBERED:
-            self.known.discard(self.recent[0])
-        self.recent.append(message)
-        self.known.add(message)
+        if len(self._recent) == _REMEMBERED:
+            self._known.remove(self._recent.popleft())
+        self._recent.append(message)
+        self._known.add(message)
         return True
+
+    def missed(self, number: int) -> int:
+        """Returns how many messages ROS lost before this one.
+
+        Numbers count the messages of a publisher, so they tell nothing while there are several.
+        """
+        publishers, last = self.publishers, self._last
+        self._last = publishers, number
+        if len(publishers) != 1 or last is None or last[0] != publishers:
+            return 0
+        return max(0, number - last[1] - 1)
 
 
 class _Subscription:
     """One subscription of rclpy for an outlet; another one follows when publishers change."""
 
-    def __init__(self, outlet: Outlet, qos: QoSProfile, heard: _Heard) -> None:
+    def __init__(self, outlet: Outlet, own: Described, qos: QoSProfile, heard: _Heard) -> None:
         self.type, self.topic, self.qos = outlet.type, outlet.name, qos
-        self.outlet, self.heard = outlet, heard
+        self.outlet, self.own, self.heard = outlet, own, heard
 
     def take(self, payload: bytes, info: Mapping[str, int]) -> None:
         source_ns, number = info["source_timestamp"], info["publication_sequence_number"]
         if self.heard.is_new((source_ns, number)):
-            self.outlet.put(payload, source_ns)
+            if (missed := self.heard.missed(number)) > 0:
+                self.outlet.miss(missed)
+            self.outlet.put(plain(payload, self.own.layout), source_ns)
 
 
 class RosGraph:
@@ -71,7 +88,7 @@ class RosGraph:
         self._lock = threading.Lock()
         self._node: Node | None = None
         self._taker: RawTaker | None = None
-        self._open: dict[int, tuple[_Subscription, Described]] = {}
+        self._open: dict[int, _Subscription] = {}
         steady_timer(node.parameters, _FOLLOW_S, self._follow)
 
     def __enter__(self) -> Self:
@@ -106,9 +123,11 @@ class RosGraph:
         if (other := _other_type(own, publishers)) is not None:
             return refused(wanted, f"{name}: {other}", "type")
         outlet = downlink.outlet(wanted, name)
-        subscription = _Subscription(outlet, _qos(publishers, outlet.depth), _Heard())
+        heard = _Heard()
+        heard.publishers = _identities(publishers)
+        subscription = _Subscription(outlet, own, _qos(publishers, outlet.depth), heard)
         with self._lock:
-            self._open[wanted.id] = subscription, own
+            self._open[wanted.id] = subscription
             self._running().add(subscription)
         latched = _is_latched(subscription.qos)
         return Opened(wanted.id, "opened", name=name, lane="ros", latched=latched, checked=checked)
@@ -117,7 +136,7 @@ class RosGraph:
         with self._lock:
             found = self._open.pop(id, None)
             if found is not None:
-                self._running().remove(found[0])
+                self._running().remove(found)
 
     def received(self, frame: Frame) -> None:
         """Takes nothing: subscriptions get no frames on the lane ros."""
@@ -139,7 +158,7 @@ class RosGraph:
 
     def _failed(self, topic: str, error: Exception) -> None:
         with self._lock:
-            for subscription, _ in self._open.values():
+            for subscription in self._open.values():
                 if subscription.topic == topic:
                     subscription.outlet.ending = f"{topic}: {error}", "type"
 
@@ -150,20 +169,24 @@ class RosGraph:
         """Opens subscriptions again whose publishers have another QoS now, ends others."""
         with self._lock:
             open = list(self._open.items())
-        for id, (old, own) in open:
+        for id, old in open:
             publishers = self._publishers(old.topic)
-            if (other := _other_type(own, publishers)) is not None:
+            old.heard.publishers = _identities(publishers)
+            if (other := _other_type(old.own, publishers)) is not None:
                 old.outlet.ending = f"{old.topic}: {other}", "type"
             elif publishers and (qos := _qos(publishers, old.outlet.depth)) != old.qos:
                 self._replace(id, old, qos)
 
     def _replace(self, id: int, old: _Subscription, qos: QoSProfile) -> None:
-        new = _Subscription(old.outlet, qos, old.heard)
+        new = _Subscription(old.outlet, old.own, qos, old.heard)
         with self._lock:
-            found = self._open.get(id)
-            if found is not None and found[0] is old:
-                self._open[id] = new, found[1]
+            if self._open.get(id) is old:
+                self._open[id] = new
                 self._running().replace(old, new)
+
+
+def _identities(publishers: list[TopicEndpointInfo]) -> tuple[bytes, ...]:
+    return tuple(sorted(bytes(it.endpoint_gid) for it in publishers))
 
 
 def _qos(publishers: list[TopicEndpointInfo], depth: int) -> QoSProfile:

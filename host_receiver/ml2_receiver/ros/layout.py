@@ -25,6 +25,7 @@ from rosidl_parser.definition import (
 )
 
 from ..topics.message_types import message_class
+from ..wire.frame import CDR_ENCAPSULATION
 
 _NUMBERS = {
     "boolean": "b",
@@ -105,10 +106,113 @@ def _part(field: AbstractType) -> str:
         case AbstractWString():
             return "w"
         case Array():
-            return f"({_part(field.value_type)})*{field.size}"
+            return f"({_part(field.value_type)}*{field.size})"
         case AbstractNestedType():
             return f"[{_part(field.value_type)}]"
         case NamespacedType():
             module = importlib.import_module(".".join(field.namespaces))
             return layout(getattr(module, field.name))
     raise ValueError(f"expected a type that .msg files can have, found {field}")
+
+
+# The kinds of encapsulation that are not read, from the table of DDS-XTypes 1.3, 7.6.3.1.2.
+_UNREAD = {2: "PL_CDR", 3: "PL_CDR", 6: "CDR2", 7: "CDR2"}
+_UNREAD |= {8: "D_CDR2", 9: "D_CDR2", 10: "PL_CDR2", 11: "PL_CDR2"}
+_BIG, _LITTLE = b"\0\0", b"\0\1"
+_SIZES = {"b": 1, "1": 1, "2": 2, "4": 4, "8": 8, "f": 4, "d": 8}
+
+
+def plain(payload: bytes, layout: str) -> bytes:
+    """Returns a payload of this layout as plain little-endian CDR.
+
+    Raises:
+        ValueError: it has another encapsulation than CDR, or is not of this layout.
+    """
+    if payload.startswith(CDR_ENCAPSULATION):
+        return payload
+    if payload.startswith(_LITTLE):  # with options, which say how long the padding at the end is
+        return CDR_ENCAPSULATION + payload[4:]
+    if payload.startswith(_BIG):
+        swapped = _Swapped(payload[4:])
+        swapped.walk(_parts(layout))
+        return CDR_ENCAPSULATION + bytes(swapped.out[: swapped.at])
+    kind = int.from_bytes(payload[:2])
+    name = _UNREAD.get(kind, "an unknown encapsulation")
+    raise ValueError(f"its publisher writes {name} (0x{kind:04x}), and this receiver reads CDR")
+
+
+type _Part = str | tuple[list["_Part"], int | None]
+
+
+@functools.cache
+def _parts(layout: str) -> list[_Part]:
+    """Returns the elements of a layout; one with a count is an array, with None a sequence."""
+    parts, rest = _until_end(layout)
+    assert not rest
+    return parts
+
+
+def _until_end(text: str) -> tuple[list[_Part], str]:
+    parts: list[_Part] = []
+    while text and text[0] not in "]*":
+        part, text = text[0], text[1:]
+        if part == "[":
+            inner, text = _until_end(text)
+            parts.append((inner, None))
+            text = text[1:]
+        elif part == "(":
+            inner, text = _until_end(text)
+            count, _, text = text[1:].partition(")")
+            parts.append((inner, int(count)))
+        else:
+            parts.append(part)
+    return parts, text
+
+
+class _Swapped:
+    """Turns the bytes of big-endian numbers around."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data, self.out, self.at = data, bytearray(len(data)), 0
+
+    def walk(self, parts: list[_Part]) -> None:
+        for part in parts:
+            if part == "s":
+                self._copy(self._count())
+            elif part == "w":
+                self._numbers(4, self._count())
+            elif isinstance(part, str):
+                self._numbers(_SIZES[part], 1)
+            else:
+                inner, count = part
+                self._repeat(inner, self._count() if count is None else count)
+
+    def _repeat(self, parts: list[_Part], count: int) -> None:
+        if len(parts) == 1 and (size := _SIZES.get(str(parts[0]))):
+            self._numbers(size, count)
+            return
+        for _ in range(count):
+            self.walk(parts)
+
+    def _count(self) -> int:
+        self._numbers(4, 1)
+        return int.from_bytes(self._data[self.at - 4 : self.at])
+
+    def _copy(self, length: int) -> None:
+        begin = self._take(length)
+        self.out[begin : self.at] = self._data[begin : self.at]
+
+    def _numbers(self, size: int, count: int) -> None:
+        if count == 0:  # nothing is aligned for nothing
+            return
+        self.at += -self.at % size
+        begin = self._take(size * count)
+        for byte in range(size):
+            other = begin + size - 1 - byte
+            self.out[begin + byte : self.at : size] = self._data[other : self.at : size]
+
+    def _take(self, length: int) -> int:
+        begin, self.at = self.at, self.at + length
+        if self.at > len(self._data):
+            raise ValueError(f"it ends before its byte {self.at}")
+        return begin

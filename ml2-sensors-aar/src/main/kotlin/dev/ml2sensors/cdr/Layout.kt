@@ -15,7 +15,7 @@ import kotlinx.serialization.descriptors.StructureKind
  * | `b`, `1`, `2`, `4`, `8` | bool; an integer of so many bytes, with or without sign |
  * | `f`, `d` | float32, float64 |
  * | `s`, `w` | string, wstring |
- * | `[...]`, `(...)*N` | a sequence; an array of N elements |
+ * | `[...]`, `(...*N)` | a sequence; an array of N elements |
  *
  * A nested message adds its fields alone: `tf2_msgs/msg/TFMessage` is `[44ssddddddd]`. A message without fields is the
  * one byte that ROS sends for it.
@@ -67,7 +67,7 @@ private fun SerialDescriptor.appendElement(index: Int, layout: StringBuilder, ou
     val length = fixedLength(index)?.length ?: return getElementDescriptor(index).appendLayout(layout, outer)
     layout.append('(')
     getElementDescriptor(index).getElementDescriptor(0).appendLayout(layout, outer)
-    layout.append(")*").append(length)
+    layout.append('*').append(length).append(')')
 }
 
 /** The fewest bytes a value can take, padding aside: what bounds the number of elements before they are allocated. */

@@ -357,11 +357,11 @@ class CdrTest {
     fun theLayoutSaysHowCdrWalksThroughAType() {
         assertEquals("[44ssddddddd]", layout(TFMessage.serializer()))
         assertEquals("44s44s14[1]", layout(Image.serializer()))
-        assertEquals("44s44s[d](d)*9(d)*9(d)*12444444b", layout(CameraInfo.serializer()))
+        assertEquals("44s44s[d](d*9)(d*9)(d*12)444444b", layout(CameraInfo.serializer()))
         assertEquals("1w[w]1", layout(Wide.serializer()))
         assertEquals("1[1]12", layout(Nothings.serializer()))
-        assertEquals("[1](1)*2[2](2)*2[4](4)*1[8](8)*1[f](d)*1[b]", layout(Numbers.serializer()))
-        assertEquals("[44][s]([1])*2", layout(Lists.serializer()))
+        assertEquals("[1](1*2)[2](2*2)[4](4*1)[8](8*1)[f](d*1)[b]", layout(Numbers.serializer()))
+        assertEquals("[44][s]([1]*2)", layout(Lists.serializer()))
     }
 
     @Test
