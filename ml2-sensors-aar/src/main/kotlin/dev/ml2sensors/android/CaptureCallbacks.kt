@@ -24,14 +24,14 @@ internal class CaptureCallbacks(
     private val fail: (Exception) -> Unit,
 ) : CameraCaptureSession.CaptureCallback(),
     ImageReader.OnImageAvailableListener {
-    private val pairing = TimestampPairing<CopiedImage, Exposure>(::pair, ::discard)
+    private val matching = TimestampMatch<CopiedImage, Exposure>(::pair, ::discard)
 
     private val odd = OddImages(fail)
 
     override fun onImageAvailable(reader: ImageReader) = guarded {
         try {
             reader.acquireNextImage()?.use { image ->
-                copier.copy(image)?.let { pairing.image(image.timestamp, it) }
+                copier.copy(image)?.let { matching.image(image.timestamp, it) }
             }
             odd.addUsable()
         } catch (e: RuntimeException) {
@@ -61,12 +61,12 @@ internal class CaptureCallbacks(
         request: CaptureRequest,
         result: TotalCaptureResult,
     ) = guarded {
-        result.get(CaptureResult.SENSOR_TIMESTAMP)?.let { pairing.result(it, exposures.read(result, it)) }
+        result.get(CaptureResult.SENSOR_TIMESTAMP)?.let { matching.result(it, exposures.read(result, it)) }
     }
 
     /** Counts the images that no callback will deliver. Called after the last callback. */
     fun end(reader: ImageReader) {
-        pairing.end()
+        matching.end()
         while (true) {
             (reader.acquireNextImage() ?: return).close()
             lost(DropReason.SOURCE_LATE)

@@ -57,7 +57,7 @@ internal class DerivedStreamsHeadset(
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> {
         val parts = partsOf(stream)?.map { headset.samples(it, values) } ?: return headset.samples(stream, values)
-        return if (parts.size == 2) pairInertial(parts[0], parts[1]) else parts.single()
+        return if (parts.size == 2) joinInertial(parts[0], parts[1]) else parts.single()
     }
 
     /** Returns the streams that [stream] is derived from, or null for a sensor's own stream. */

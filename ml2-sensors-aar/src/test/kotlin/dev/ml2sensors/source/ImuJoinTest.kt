@@ -24,7 +24,7 @@ import kotlin.test.assertIs
 import kotlin.test.assertSame
 import kotlin.test.assertTrue
 
-class ImuPairingTest {
+class ImuJoinTest {
     @Test
     fun accelerationsAreInterpolatedToTheGyroscopesInstants() = runTest {
         val pairs = pair(listOf(10L, 12, 20, 27, 30), listOf(10L, 20, 30))
@@ -57,7 +57,7 @@ class ImuPairingTest {
     fun everyReadingOfEqualStampsIsPairedWithItsOwn() = runTest {
         val stamps = List(950) { 1_403_715_273_262_142_976 + it * 5_000_000L }
         val accelerations = stamps.map(::acceleration)
-        val pairs = pairInertial(stamps.map(::rate).asFlow(), accelerations.asFlow()).toList()
+        val pairs = joinInertial(stamps.map(::rate).asFlow(), accelerations.asFlow()).toList()
         assertEquals(950, pairs.size)
         for ((pair, own) in pairs.zip(accelerations)) assertSame(own, assertIs<InertialSample>(pair).linearAcceleration)
     }
@@ -88,7 +88,7 @@ class ImuPairingTest {
             emit(lost)
             emit(rate(20))
         }
-        val samples = pairInertial(gyroscope, listOf(10L, 20).map(::acceleration).asFlow()).toList()
+        val samples = joinInertial(gyroscope, listOf(10L, 20).map(::acceleration).asFlow()).toList()
         assertSame(lost, samples[1])
         assertEquals(3, samples.size)
     }
@@ -101,7 +101,7 @@ class ImuPairingTest {
             emit(LostSamples(2, 2, DropReason.NO_BUFFER))
             emit(acceleration(3))
         }
-        val samples = pairInertial(gyroscope, accelerometer).toList()
+        val samples = joinInertial(gyroscope, accelerometer).toList()
         assertEquals(listOf(1L, 2, 3), samples.filterIsInstance<InertialSample>().map { it.captureNanos })
         val lost = samples.filterIsInstance<LostSamples>().groupBy({ it.reason }, { it.count })
         assertEquals(2, lost.getValue(DropReason.NO_BUFFER).sum(), "what the accelerometer lost")
@@ -112,7 +112,7 @@ class ImuPairingTest {
     fun aPairIsDeliveredAsSoonAsBothSidesAreKnown() = runTest {
         val gyroscope = Channel<Sample>(Channel.UNLIMITED)
         val accelerometer = Channel<Sample>(Channel.UNLIMITED)
-        pairInertial(gyroscope.consumeAsFlow(), accelerometer.consumeAsFlow()).test {
+        joinInertial(gyroscope.consumeAsFlow(), accelerometer.consumeAsFlow()).test {
             accelerometer.send(acceleration(0))
             gyroscope.send(rate(5))
             expectNoEvents()
@@ -134,7 +134,7 @@ class ImuPairingTest {
             }
         }.onStart { live++ }.onCompletion { live-- }
 
-        pairInertial(endless(::rate), endless(::acceleration)).onEach { assertEquals(2, live) }.first()
+        joinInertial(endless(::rate), endless(::acceleration)).onEach { assertEquals(2, live) }.first()
         assertEquals(0, live)
         assertTrue(coroutineContext.job.children.none())
     }
@@ -143,13 +143,13 @@ class ImuPairingTest {
     fun aSensorThatFailsFailsThePair() = runTest {
         val failing = flow<Sample> { throw IllegalStateException("unplugged") }
         val silent = flow<Sample> { awaitCancellation() }
-        assertFailsWith<IllegalStateException> { pairInertial(silent, failing).toList() }
-        assertFailsWith<IllegalStateException> { pairInertial(failing, silent).toList() }
+        assertFailsWith<IllegalStateException> { joinInertial(silent, failing).toList() }
+        assertFailsWith<IllegalStateException> { joinInertial(failing, silent).toList() }
         assertTrue(coroutineContext.job.children.none())
     }
 
     private suspend fun pair(gyroscope: List<Long>, accelerometer: List<Long>): List<InertialSample> =
-        pairInertial(gyroscope.map(::rate).asFlow(), accelerometer.map(::acceleration).asFlow())
+        joinInertial(gyroscope.map(::rate).asFlow(), accelerometer.map(::acceleration).asFlow())
             .filterIsInstance<InertialSample>()
             .toList()
 

@@ -12,7 +12,7 @@ import kotlinx.coroutines.flow.produceIn
  * extrapolated: pairs begin with the first one, and a reading after the last one is lost as [DropReason.SOURCE_LATE].
  * Elements are [InertialSample]s, and the [LostSamples] of both sensors.
  */
-internal fun pairInertial(
+internal fun joinInertial(
     gyroscope: Flow<Sample>,
     accelerometer: Flow<Sample>,
 ): Flow<Sample> =

@@ -6,7 +6,7 @@ package dev.ml2sensors.android
  *
  * @param unmatched receives each unmatched image. A result without an image is a frame that the device dropped.
  */
-internal class TimestampPairing<I, R>(private val pair: (I, R) -> Unit, private val unmatched: (I) -> Unit) {
+internal class TimestampMatch<I, R>(private val pair: (I, R) -> Unit, private val unmatched: (I) -> Unit) {
     private val images = ArrayDeque<Pair<Long, I>>()
     private val results = ArrayDeque<Pair<Long, R>>()
 
