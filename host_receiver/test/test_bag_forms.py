@@ -8,6 +8,7 @@ import struct
 import tracemalloc
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import cycle
 from pathlib import Path
 
 import pytest
@@ -24,7 +25,7 @@ from ml2_receiver.recording.message_definitions import DEFINITIONS
 from ml2_tools.bags import bag_reader, mcap_file
 from ml2_tools.bags.bag_reader import Bag, BagReader
 from ml2_tools.bags.decoding import decoder
-from ml2_tools.bags.indexed_bag import IndexedBag
+from ml2_tools.bags.indexed_bag import History, IndexedBag
 from refusals import refusal
 from ros_messages import TYPES
 from sound_bag import BEGIN_NS, IMU, PREFIX
@@ -156,6 +157,32 @@ def test_a_copy_is_found_out_by_its_messages_and_counted(tmp_path: Path, of: sli
     write(tmp_path / "a recovered one.mcap", ROWS[of], use_chunking=False)
     copies = len(ROWS[of])
     assert read(tmp_path) == (len(ROWS), [f"{copies} messages that another file has, too"])
+
+
+@pytest.mark.parametrize("lag_ns", [-900_000_000, -1, 3_000_000, 2_000_000_000])
+def test_messages_of_two_recorders_come_once_whatever_their_times(
+    tmp_path: Path, lag_ns: int
+) -> None:
+    jitter = cycle([0, 5_000_000, 1_000_000])
+    later = [replace(it, time_ns=it.time_ns + lag_ns + next(jitter)) for it in ROWS]
+    write(tmp_path / "a.mcap", ROWS)
+    write(tmp_path / "b.mcap", sorted(later, key=lambda it: it.time_ns))
+    assert read(tmp_path) == (len(ROWS), [f"{len(ROWS)} messages that another file has, too"])
+    middle_ns = (ROWS[0].time_ns + ROWS[-1].time_ns) // 2
+    bag = IndexedBag(tmp_path)
+    firsts = [min(row.time_ns, copy.time_ns) for row, copy in zip(ROWS, later, strict=True)]
+    assert len(list(bag.after(middle_ns))) == sum(first_ns > middle_ns for first_ns in firsts)
+    newest = bag.until(middle_ns, {IMU: History(10, None)})
+    assert len({it.payload for it in newest}) == len(newest) == 10
+
+
+def test_equal_messages_of_two_recorders_are_as_many_as_one_had(tmp_path: Path) -> None:
+    """A topic without stamps that always says the same, and recorders that overlap for a second."""
+    said = [text("/said", "a", at * 100_000_000) for at in range(100)]
+    write(tmp_path / "a.mcap", said[:60])
+    late = [replace(it, time_ns=it.time_ns + 7_000_000) for it in said[50:]]
+    write(tmp_path / "b.mcap", late)
+    assert [it.topic for it in Bag(tmp_path).messages()] == ["/said"] * len(said)
 
 
 def test_equal_messages_of_one_file_are_no_copies(tmp_path: Path) -> None:
@@ -478,14 +505,14 @@ def _in_two_files(folder: Path, rows: Rows) -> None:
 def test_memory_does_not_grow_with_the_recording(
     tmp_path: Path, form: Callable[[Path, Rows], None]
 ) -> None:
-    payload = b"\0\1" + bytes(199_998)
-    form(tmp_path, [Row("/a", STRING, BEGIN_NS + n, payload) for n in range(400)])
+    payloads = (struct.pack("<II", 0x0100, n) + bytes(199_992) for n in range(400))
+    form(tmp_path, [Row("/a", STRING, BEGIN_NS + n, it) for n, it in enumerate(payloads)])
     tracemalloc.start()
     count, _ = read(tmp_path)
     _, most_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert count == 400
-    assert most_bytes < 20_000_000 < count * len(payload) / 3
+    assert most_bytes < 20_000_000 < count * 200_000 / 3
 
 
 def _key(row: Row) -> tuple[str, str]:

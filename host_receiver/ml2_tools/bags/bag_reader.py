@@ -185,12 +185,9 @@ class Bag:
                     f" time, at most {_MOST_WAITING_BYTES} B are",
                     hint="`mcap sort` writes its messages in the order of time.",
                 )
-            for time_ns, _, _, file, message in ready:
-                if self._may_have_copies:
-                    copies.at(time_ns)
-                    if copies.is_copy(file, message):
-                        continue
-                yield message
+            for *_, file, message in ready:
+                if not (self._may_have_copies and copies.is_copy(file, message)):
+                    yield message
 
     def _read(self, it: BagPart) -> list[BagMessage]:
         """The messages of a part in the order of the file."""

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .bag_reader import BagMessage, BagPart, BagReader
-from .copies import Copies
+from .copies import LAG_NS, Copies
 
-# Its time, its part, its place there, and the message.
-type _Found = tuple[int, int, int, BagMessage]
+# Its time, its part, its place there, its file, and the message.
+type _Found = tuple[int, int, int, int, BagMessage]
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,8 @@ class IndexedBag(BagReader):
         Raises:
             RecordingError: a file is broken.
         """
-        parts = [it for it in self._parts if it.part.end_ns > time_ns]
+        from_ns = time_ns - LAG_NS if self._may_have_copies else time_ns
+        parts = [it for it in self._parts if it.part.end_ns > from_ns]
         return (it for it in self._in_order(parts) if it.time_ns > time_ns)
 
     def until(self, time_ns: int, wanted: Mapping[str, History]) -> list[BagMessage]:
@@ -69,7 +70,6 @@ class IndexedBag(BagReader):
         """
         found: dict[str, list[_Found]] = {topic: [] for topic in wanted}
         missing = set(wanted)
-        copies = Copies()
         earlier = (it for it in self._parts if it.begin_ns <= time_ns)
         for part in sorted(earlier, key=lambda it: (-it.part.end_ns, -it.number)):
             missing = {it for it in missing if _may_have(part, found[it], wanted[it], time_ns)}
@@ -77,11 +77,13 @@ class IndexedBag(BagReader):
                 break
             for place, message in enumerate(self._read(part) if part.topics & missing else ()):
                 topic = message.topic
-                is_wanted = topic in missing and message.time_ns <= time_ns
-                if is_wanted and not copies.is_copy(part.file, message):
-                    found[topic].append((message.time_ns, part.number, place, message))
+                if topic in missing and message.time_ns <= time_ns:
+                    place_of = message.time_ns, part.number, place
+                    found[topic].append((*place_of, part.file, message))
             for topic in missing:
-                found[topic] = sorted(found[topic])[-wanted[topic].depth :]
+                copies = Copies()
+                once = [it for it in sorted(found[topic]) if not copies.is_copy(*it[-2:])]
+                found[topic] = once[-wanted[topic].depth :]
         return [message for *_, message in sorted(it for them in found.values() for it in them)]
 
 
