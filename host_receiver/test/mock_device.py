@@ -8,6 +8,7 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
+from math import inf
 from types import TracebackType
 from typing import Self
 
@@ -71,12 +72,16 @@ class Wire:
         with self._writing:
             self.socket.sendall(encode(kind, data, **header))
 
-    def receive(self) -> Frame | None:
-        """The next frame but PING and PONG, or None at the end of the connection."""
+    def receive(self, deadline_s: float = inf) -> Frame | None:
+        """The next frame but PING and PONG, or None at the end of the connection.
+
+        It fails after the deadline, of monotonic time.
+        """
         while count := self.socket.recv_into(self._parser.get_buffer()):
             frame = self._parser.buffer_updated(count)
             if frame is not None and frame.header.kind not in (Kind.PING, Kind.PONG):
                 return frame
+            assert time.monotonic() < deadline_s, "nothing but PING and PONG comes"
         return None
 
     def expect(self, kind: Kind) -> bytearray:
@@ -288,7 +293,8 @@ class MockDevice:
 
     def await_control(self, kind: Kind) -> bytearray:
         """The next frame of this kind on control; others are passed over."""
-        while (frame := self.wires["control"].receive()) is not None:
+        deadline_s = time.monotonic() + LIMIT_S
+        while (frame := self.wires["control"].receive(deadline_s)) is not None:
             if frame.header.kind == kind:
                 return frame.body
         raise AssertionError(f"expected {kind.name}, found the end")

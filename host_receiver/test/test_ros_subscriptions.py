@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import array
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.idl import make_idl_struct
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from configurations import only
 from mock_device import MockDevice
-from ros_messages import string
-from ros_processes import Receiver
+from ros_messages import TYPES, message, string
+from ros_processes import Receiver, environment
 from waiting import await_true
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
@@ -17,16 +30,40 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import String
+from test_msgs import msg as test_msgs  # type: ignore[import-untyped]
+from test_msgs.message_fixtures import get_test_msg  # type: ignore[import-untyped]
 
+from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.ros.context import tool_node
-from ml2_receiver.wire.opening_bodies import Open
+from ml2_receiver.wire.kinds import Kind
+from ml2_receiver.wire.opening_bodies import Closed, Open
 
 CONFIG = only("battery: {enabled: true}, app: {subscribe: ['/**']}")
 STRING = "std_msgs/msg/String"
+EMPTY = "structure_needs_at_least_one_member"
+STRING_HASH = HASHES[STRING]
+VOLATILE = DurabilityPolicy.VOLATILE
 RELIABLE = QoSProfile(depth=100)
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+# As Fast DDS with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
+CYCLONE = """
+<CycloneDDS><Domain Id="any">
+  <General>
+    <Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
+    <AllowMulticast>false</AllowMulticast>
+  </General>
+  <Discovery>
+    <ParticipantIndex>auto</ParticipantIndex>
+    <MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
+    <Peers><Peer address="127.0.0.1"/></Peers>
+  </Discovery>
+</Domain></CycloneDDS>
+"""
+KEPT = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TEST_TYPES = [it for it in vars(test_msgs) if it[0].isupper()]
 
 
 @pytest.fixture
@@ -42,12 +79,73 @@ def node(ros_of_children: None) -> Iterator[Node]:
         yield node
 
 
-def subscription(id: int, name: str, type: str = STRING, **more: object) -> Open:
-    return Open(id, "subscription", name, type, **more)  # type: ignore[arg-type]
+def type_of(messages: list[Any]) -> Any:
+    return type(messages[0])
+
+
+def read(payload: bytes, type: str) -> Any:
+    """A message as rosbags reads it, or as rclpy does if it has a wstring."""
+    name = type.rpartition("/")[2]
+    if name == "WStrings":
+        return deserialize_message(payload, getattr(test_msgs, name))
+    return rosbags_types().deserialize_cdr(payload, type)
+
+
+@functools.cache
+def rosbags_types() -> Any:
+    store = get_typestore(Stores.ROS2_JAZZY)
+    folder = Path(str(test_msgs.__file__)).parents[5] / "share/test_msgs/msg"
+    known: dict[str, Any] = {}
+    for file in folder.glob("*.msg"):
+        known |= get_types_from_msg(file.read_text("utf-8"), f"test_msgs/msg/{file.stem}")
+    store.register(known)
+    return store
+
+
+def values(message: Any) -> Any:
+    """The fields of a message of rclpy or rosbags, all the way down."""
+    if hasattr(message, "get_fields_and_field_types"):
+        fields = list(message.get_fields_and_field_types())
+    elif hasattr(message, "__dataclass_fields__"):
+        fields = [it for it in message.__dataclass_fields__ if it[0].islower()]
+    elif isinstance(message, list | tuple | np.ndarray | array.array):
+        return [values(it) for it in message]
+    else:
+        return number(message)
+    return {it: values(getattr(message, it)) for it in fields if it != EMPTY}
+
+
+def number(value: Any) -> Any:
+    """A number or a text, whatever library made it: an octet is bytes or a signed number."""
+    if isinstance(value, bytes):
+        return int.from_bytes(value, signed=True)
+    return value.item() if hasattr(value, "item") else value
+
+
+def subscription(id: int, name: str, type: str = STRING, **more: Any) -> Open:
+    return Open(id, "subscription", name, type, **more)
 
 
 def await_subscriber(publisher: Publisher, count: int = 1) -> None:
     await_true(lambda: publisher.get_subscription_count() == count)
+
+
+def text(payload: bytes) -> str:
+    return str(TYPES.deserialize_cdr(payload, STRING).data)  # type: ignore[attr-defined]
+
+
+def said(app: MockDevice, count: int) -> list[tuple[int, str]]:
+    """The numbers and texts of the next messages."""
+    messages = (app.message() for _ in range(count))
+    return [(header.sequence, text(payload)) for header, payload in messages]
+
+
+def quality(node: Node, name: str) -> tuple[ReliabilityPolicy, DurabilityPolicy] | None:
+    """Of the receiver's only subscription."""
+    found = node.get_subscriptions_info_by_topic(name)
+    if len(found) != 1:
+        return None
+    return found[0].qos_profile.reliability, found[0].qos_profile.durability
 
 
 def test_a_message_arrives_as_it_was_published(app: MockDevice, node: Node) -> None:
@@ -63,3 +161,160 @@ def test_a_message_arrives_as_it_was_published(app: MockDevice, node: Node) -> N
     assert payload.startswith(string("hello"))
     assert (header.channel, header.sequence) == (7, 0)
     assert header.capture_ns <= header.send_ns
+
+
+def test_publishers_with_another_quality_of_service_are_heard_again(
+    app: MockDevice, node: Node
+) -> None:
+    app.open(subscription(1, "/said", keep="all", depth=100))
+    reliable = node.create_publisher(String, "/said", RELIABLE)
+    await_true(lambda: quality(node, "/said") == (RELIABLE.reliability, VOLATILE))
+    best_effort = node.create_publisher(String, "/said", BEST_EFFORT)
+    await_true(lambda: quality(node, "/said") == (BEST_EFFORT.reliability, VOLATILE))
+    for publisher in (reliable, best_effort):
+        await_subscriber(publisher)
+        publisher.publish(String(data="both"))
+    assert [it for _, it in said(app, 2)] == ["both", "both"]
+    node.destroy_publisher(reliable)
+    node.destroy_publisher(best_effort)
+    latched = node.create_publisher(String, "/said", LATCHED)
+    latched.publish(String(data="before"))
+    assert said(app, 1) == [(2, "before")]
+    # With another publisher, and without it again: what it has kept comes no second time.
+    other = node.create_publisher(String, "/said", RELIABLE)
+    await_true(lambda: quality(node, "/said") == (RELIABLE.reliability, VOLATILE))
+    node.destroy_publisher(other)
+    await_true(lambda: quality(node, "/said") == (RELIABLE.reliability, LATCHED.durability))
+    await_subscriber(latched)
+    latched.publish(String(data="after"))
+    assert said(app, 1) == [(3, "after")]
+
+
+def test_latched_messages_come_again_in_each_session_and_nothing_twice(
+    app: MockDevice, node: Node
+) -> None:
+    publisher = node.create_publisher(String, "/said", LATCHED)
+    for word in ("a", "b", "c"):
+        publisher.publish(String(data=word))
+    expected = 0
+    for session in range(3):
+        if session:
+            app.disconnect()
+            app.start()
+        wanted = subscription(1, "/said", keep="all", received=expected)
+        is_latched = app.open(wanted).latched
+        assert is_latched or not session  # it may not know the publisher yet
+        await_true(lambda: quality(node, "/said") == (RELIABLE.reliability, LATCHED.durability))
+        publisher.publish(String(data=f"{session}"))
+        count = 4 + session
+        words = ["a", "b", "c", *map(str, range(session + 1))]
+        numbers = range(expected, expected + count)
+        assert said(app, count) == list(zip(numbers, words, strict=True))
+        expected += count
+
+
+@pytest.mark.parametrize(
+    ("wanted", "code", "names"),
+    [
+        (subscription(1, "/said", "no_msgs/msg/Such"), "type", ["no_msgs/msg/Such"]),
+        (subscription(1, "/said", "std_msgs/msg/Such"), "type", ["std_msgs/msg/Such"]),
+        (subscription(1, "no name"), "name", ["no name"]),
+        (subscription(1, "/said", hash="RIHS01_00"), "layout", ["RIHS01_00", STRING_HASH]),
+        (subscription(1, "/said", layout="4"), "layout", [" 4,", " s"]),
+        (subscription(1, "/said", bulk=True), None, ["large"]),
+        (subscription(1, "/rosout", "rcl_interfaces/msg/Log"), "rules", ["/rosout"]),
+        (Open(1, "client", "/said", "std_srvs/srv/Trigger"), "rules", ["app.call"]),
+        (Open(1, "transform", frame="a", reference="b"), None, ["transform"]),
+    ],
+)
+def test_what_is_not_opened_is_refused_with_the_reason(
+    wanted: Open, code: str | None, names: list[str], app: MockDevice
+) -> None:
+    opened = app.open(wanted)
+    assert (opened.result, opened.code) == ("refused", code)
+    assert [it for it in names if it not in str(opened.reason)] == []
+
+
+def test_an_equal_type_is_found_by_hash_or_layout(app: MockDevice) -> None:
+    assert app.open(subscription(1, "/said", hash=STRING_HASH)).checked == "hash"
+    assert app.open(subscription(2, "/said", layout="s")).checked == "layout"
+    assert app.open(subscription(3, "/said")).checked == "no"
+
+
+@contextmanager
+def cyclone_writer(topic: str, user_data: bytes = b"") -> Iterator[Callable[[str], None]]:
+    """Writes texts with Cyclone DDS where ROS has its topic of strings."""
+    made: Any = make_idl_struct("String_", "std_msgs.msg.dds_.String_", {"data": str})
+    number = int(environment()["ROS_DOMAIN_ID"])
+    domain = Domain(number, CYCLONE)
+    participant = DomainParticipant(number)
+    policies = [Policy.Reliability.Reliable(duration(seconds=1)), Policy.Userdata(user_data)]
+    qos = Qos(*policies, Policy.History.KeepLast(5))
+    there = DataWriter(participant, Topic(participant, f"rt{topic}", made, qos=qos), qos=qos)
+    yield lambda text: there.write(made(data=text))
+    del domain  # which ends with the last that is of it
+
+
+def test_a_publisher_of_cyclonedds_is_heard(app: MockDevice, node: Node) -> None:
+    app.open(subscription(1, "/said", keep="all"))
+    with cyclone_writer("/said") as write:
+        await_true(lambda: quality(node, "/said") == (RELIABLE.reliability, VOLATILE))
+        write("hello")
+        write("again")
+        assert said(app, 2) == [(0, "hello"), (1, "again")]
+
+
+def test_a_publisher_of_another_version_of_the_type_is_refused(app: MockDevice) -> None:
+    other = f"RIHS01_{'0' * 63}1"
+    assert app.open(subscription(1, "/said")).result == "opened"
+    with cyclone_writer("/said", f"typehash={other};".encode()):
+        closed = Closed.parse(app.await_control(Kind.CLOSED))
+        opened = app.open(subscription(2, "/said"))
+    assert (closed.id, closed.code) == (1, "type")
+    assert other in closed.reason
+    assert STRING_HASH in closed.reason
+    assert (opened.result, opened.code) == ("refused", "type")
+    assert other in str(opened.reason)
+    assert STRING_HASH in str(opened.reason)
+
+
+def test_foreign_encapsulations_are_made_plain_or_refused(app: MockDevice, node: Node) -> None:
+    app.open(subscription(1, "/said", keep="all"))
+    publisher = node.create_publisher(String, "/said", RELIABLE)
+    await_subscriber(publisher)
+    big = bytes(TYPES.serialize_cdr(message(STRING, "big"), STRING, little_endian=False))
+    assert big[:2] == b"\0\0"
+    publisher.publish(big)
+    publisher.publish(b"\0\1\0\3" + string("options")[4:])
+    for expected in ("big", "options"):
+        _, payload = app.message()
+        assert payload.startswith(string(expected))
+    publisher.publish(b"\0\3\0\0" + string("parameters")[4:])
+    closed = Closed.parse(app.await_control(Kind.CLOSED))
+    assert (closed.id, closed.code) == (1, "type")
+    assert "PL_CDR" in closed.reason
+
+
+def test_all_of_test_msgs_arrive_as_rosbags_reads_them(app: MockDevice, node: Node) -> None:
+    sent: dict[int, tuple[str, list[Any]]] = {}
+    for id, type in enumerate(sorted(TEST_TYPES), 1):
+        messages = get_test_msg(type)
+        publisher = node.create_publisher(type_of(messages), f"/of_{type}", KEPT)
+        for each in messages:
+            publisher.publish(each)
+        sent[id] = f"test_msgs/msg/{type}", messages
+    for id, (type, _messages) in sent.items():
+        wanted = subscription(id, f"/of_{type.rpartition('/')[2]}", type, keep="all", depth=100)
+        assert app.open(wanted).result == "opened"
+    fitting = {
+        id: [it for it in messages if len(serialize_message(it)) <= 1 << 16]
+        for id, (_, messages) in sent.items()
+    }
+    assert fitting != {id: messages for id, (_, messages) in sent.items()}  # one is too large
+    taken: dict[int, list[bytes]] = {id: [] for id in sent}
+    for _ in range(sum(map(len, fitting.values()))):
+        header, payload = app.message()
+        taken[header.channel].append(payload)
+    for id, (type, _messages) in sent.items():
+        decoded = [values(read(payload, type)) for payload in taken[id]]
+        assert decoded == [values(each) for each in fitting[id]], type
