@@ -167,7 +167,7 @@ def check(case: dict[str, Any], peer: Peer, receiver: Server, sink: CountingSink
             check_lane_goes_on(case["lane"], peer, sink)
             report = receiver.report()
             assert report is not None
-            found = {"skipped": report.skipped_frames, "late": report.late_frames}
+            found = {"skipped": report.skipped_frames, "late": report.openings.late}
             assert found == {"skipped": 0, "late": 0} | case["expect"]
 
 

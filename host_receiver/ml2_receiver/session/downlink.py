@@ -3,13 +3,13 @@
 import threading
 import time
 from collections import Counter, OrderedDict, deque
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Self
 
 from ..wire.frame import encode_frame
 from ..wire.kinds import ROS, Kind
-from ..wire.opening_bodies import DEFAULT_DEPTH, Open
+from ..wire.opening_bodies import DEFAULT_DEPTH, Open, SubscriptionStatus
 
 _MASK = (1 << 32) - 1
 _HALF = 1 << 31
@@ -60,6 +60,10 @@ class Book:
         else:
             self.runs.append([number, number])
 
+    def copy(self) -> Self:
+        """Returns the present counts."""
+        return replace(self, dropped=Counter(self.dropped), runs=deque())
+
     def skip_to(self, expected: int) -> None:
         """Gives no number below the one that a headset expects: it got those of others."""
         if 0 < (expected - self.first - self.produced) & _MASK < _HALF:
@@ -76,6 +80,16 @@ class Book:
         self.sent -= lost
         if lost:
             self.dropped["link_down"] += lost
+
+
+class SubscriptionReport(NamedTuple):
+    """A subscription of the app; `device` is from the last STATUS."""
+
+    id: int
+    name: str
+    type: str
+    book: Book
+    device: SubscriptionStatus | None
 
 
 class Books:
@@ -98,6 +112,9 @@ class Books:
             for key in unused[: max(0, len(self._books) - _MOST_BOOKS)]:
                 del self._books[key]
             return book
+
+    def __len__(self) -> int:
+        return len(self._books)
 
     def leave(self, book: Book) -> None:
         """Ends an opening of the book. Call it under the lock."""
@@ -143,7 +160,7 @@ class Outlet:
         if now_s < self._due_s:
             return False
         # Half a period of patience keeps the mean rate of a publisher that is not steady.
-        self._due_s = max(self._due_s + self._period_s, now_s + self._period_s / 2)
+        self._due_s = max((self._due_s or now_s) + self._period_s, now_s + self._period_s / 2)
         return True
 
     def miss(self, count: int) -> None:
@@ -157,15 +174,20 @@ class Downlink:
 
     A message takes the place of its opening's oldest one where the queue is full. The openings take
     turns.
+
+    Attributes:
+        books: those of the instance.
+        is_over: True after stop().
     """
 
     def __init__(self, books: Books) -> None:
         self.books = books
         self._changed = threading.Condition(books.lock)
         self._outlets: dict[int, Outlet] = {}
+        self._last: list[Outlet] = []  # those that were open when the session ended
         self._turns: deque[Outlet] = deque()  # those with messages
         self._waiting_bytes = 0
-        self._is_over = False
+        self.is_over = False
 
     def outlet(self, wanted: Open, name: str) -> Outlet:
         """Returns where to put the messages of a subscription, until close()."""
@@ -207,8 +229,18 @@ class Downlink:
                 return
             outlet.is_open = False
             self.books.leave(outlet.book)
+            if reason == "link_down":
+                self._last.append(outlet)
             while outlet.waiting:
                 self._drop_oldest(outlet, reason)
+
+    def reports(self, counted: Mapping[str, SubscriptionStatus]) -> list[SubscriptionReport]:
+        """Returns the subscriptions that are open, or were when the session ended."""
+        with self._changed:
+            return [
+                SubscriptionReport(it.id, it.name, it.type, it.book.copy(), counted.get(str(it.id)))
+                for it in (*self._outlets.values(), *self._last)
+            ]
 
     def endings(self) -> list[tuple[int, tuple[str, str]]]:
         """Returns the openings that the graph has ended, with the reasons and codes of CLOSED."""
@@ -219,7 +251,7 @@ class Downlink:
     def stop(self) -> None:
         """Ends write()."""
         with self._changed:
-            self._is_over = True
+            self.is_over = True
             self._changed.notify_all()
 
     def write(self, send_all: Callable[[bytes], None]) -> None:
@@ -245,7 +277,7 @@ class Downlink:
 
     def _take(self) -> tuple[Outlet, _Message] | None:
         with self._changed:
-            while not self._is_over:
+            while not self.is_over:
                 if not self._turns:
                     self._changed.wait()
                     continue

@@ -8,10 +8,11 @@ from ..configuration.app_rules import AppRules, NameRules
 from ..errors import ErrorCode, ProtocolError
 from ..wire.frame import CDR_ENCAPSULATION, Frame
 from ..wire.kinds import KIND_BY_NUMBER, ROS, Body, Kind
-from ..wire.messages import AllowedUses
+from ..wire.messages import AllowedUses, Status
 from ..wire.opening_bodies import OPENING_KINDS, Close, Closed, Failure, Open, Opened
 from .downlink import Downlink
 from .graph import Graph, refused
+from .report import OpeningsReport
 
 _MOST_OPENINGS = 64
 _MOST_REQUESTS = 16  # of an opening
@@ -149,6 +150,11 @@ class Openings:
         """Ends what the graph has ended, and returns what to tell the app."""
         found = (self.end(id, *ending) for id, ending in self.downlink.endings())
         return [it for it in found if it is not None]
+
+    def report(self, status: Status | None) -> OpeningsReport:
+        """Returns what is open, with what the last STATUS says of it."""
+        counted = (status and status.openings) or {}
+        return OpeningsReport(self.late, self.downlink.reports(counted))
 
     def finish(self) -> None:
         """Ends all openings with their session."""

@@ -6,6 +6,7 @@ from enum import Enum
 
 from ..table.stream_table import Topic
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus, Thermal
+from .downlink import SubscriptionReport
 from .link_tests import LinkTestResult
 from .statistics import TopicStatistics
 
@@ -32,6 +33,14 @@ class TopicReport:
 
 
 @dataclass(frozen=True)
+class OpeningsReport:
+    """What the app has open; `late` counts what came for openings that had ended."""
+
+    late: int = 0
+    subscriptions: Sequence[SubscriptionReport] = ()
+
+
+@dataclass(frozen=True)
 class Report:
     """A snapshot of one session.
 
@@ -43,7 +52,7 @@ class Report:
         link_test: the last link test; None before the first one.
         thermal: from the last STATUS; None if the headset does not report it.
         streams: the state of each stream.
-        late_frames: what came for openings that had ended.
+        openings: what the app has open, or had when the session ended.
     """
 
     state: State
@@ -60,4 +69,4 @@ class Report:
     link_test: LinkTestResult | None = None
     thermal: Thermal | None = None
     streams: Mapping[str, StreamStatus] = field(default_factory=dict)
-    late_frames: int = 0
+    openings: OpeningsReport = field(default_factory=OpeningsReport)

@@ -24,7 +24,7 @@ from ..wire.messages import (
 from .actions import Act, Ending, Log, Open, Send, close, error_body
 from .connection import Connection, Route
 from .link_tests import LinkTests
-from .report import Report, State, TopicReport
+from .report import OpeningsReport, Report, State, TopicReport
 from .settings import ReceiverSettings
 from .sink import Applied, refuse
 from .statistics import Instance, TopicStatistics
@@ -285,7 +285,7 @@ class Session:
             link_test=self.link_tests.report(now_s),
             thermal=status.thermal if status else None,
             streams=self._stream_states(),
-            late_frames=self.openings.late if self.openings else 0,
+            openings=self.openings.report(status) if self.openings else OpeningsReport(),
             topics=[self._topic_report(*topic) for topic in self.instance.topics.items()],
         )
 

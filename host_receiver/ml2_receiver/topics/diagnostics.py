@@ -7,6 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from ..session.downlink import SubscriptionReport
 from ..session.link_tests import LinkTestResult
 from ..session.report import Report, State, TopicReport
 from ..session.statistics import SHARES, TopicStatistics
@@ -18,6 +19,7 @@ from .judgement import Judge, expected_hz, judgement_values
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
 ALL_ARRIVED, LOST = "all that was produced arrived", "lost messages"
+SUBSCRIPTION = "subscription "  # and the topic: the row of a subscription of the app
 # From this state on, Android slows the headset down noticeably.
 _HOT = {"severe", "critical", "emergency", "shutdown"}
 
@@ -77,7 +79,9 @@ class Diagnostics:
             self._topic(topic, judgement, report, now_s)
             for topic, judgement in zip(report.topics, judgements.topics, strict=True)
         ]
-        return [_session(report, judgements.streams), *clock, *link, *adaptation, *topics]
+        subscriptions = [_subscription(it) for it in report.openings.subscriptions]
+        head = [_session(report, judgements.streams), *clock, *link, *adaptation]
+        return [*head, *topics, *subscriptions]
 
     def _topic(self, topic: TopicReport, judgement: Judgement, report: Report, now_s: float) -> Row:
         statistics = topic.statistics
@@ -173,7 +177,7 @@ def _session(report: Report, judgements: Mapping[str, Judgement]) -> Row:
         "headset": report.headset,
         "device_id": report.device_id,
         "skipped_frames": str(report.skipped_frames),
-        "late_frames": str(report.late_frames),
+        "late_frames": str(report.openings.late),
         "final": str(report.is_final).lower(),
         "software": report.software,
         "capabilities": " ".join(report.capabilities),
@@ -240,6 +244,20 @@ def _adaptation(streams: Mapping[str, StreamStatus]) -> Row:
     values = adaptation_values(streams)
     level = Level.WARN if values else Level.OK
     return Row(ADAPTATION, level, adaptation_message(values), values)
+
+
+def _subscription(report: SubscriptionReport) -> Row:
+    """Makes the row of a subscription of the app; a newer message may supersede one by design."""
+    book, device = report.book, report.device
+    counts = {"produced": book.produced, "sent": book.sent, "waiting": book.waiting}
+    counts |= {f"dropped.{reason}": count for reason, count in book.dropped.items()}
+    counts |= {"missed": book.missed}
+    counts |= {f"app.{what}": count for what, count in vars(device).items()} if device else {}
+    values = {"id": str(report.id), "type": report.type}
+    values |= {what: str(count) for what, count in counts.items()}
+    lost = book.missed + book.dropped.total() - book.dropped["superseded"] - book.dropped["closed"]
+    level, message = (Level.WARN, f"{LOST}: {lost}") if lost else (Level.OK, ALL_ARRIVED)
+    return Row(f"{SUBSCRIPTION}{report.name}", level, message, values)
 
 
 def _latency(statistics: TopicStatistics) -> dict[str, str]:
