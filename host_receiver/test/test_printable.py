@@ -10,8 +10,13 @@ from rich.console import Console
 from ml2_receiver import errors as errors_module
 from ml2_receiver.errors import ReceiverError, RosError
 from ml2_receiver.printable import MOST_CHARACTERS, printable
+from ml2_receiver.table.reader import load_table
 from ml2_tools import errors as _  # noqa: F401, whose errors are tried too
+from ml2_tools.commands import devices, doctor, headset
 from ml2_tools.commands.reading import say_left_out
+from ml2_tools.doctor.devices import Device, read_device
+from ml2_tools.doctor.findings import Finding
+from ml2_tools.headset.app import AppStatus, StreamStatus
 from ml2_tools.inspection.check import Check
 from ml2_tools.inspection.table import integrity_table, problems
 from ml2_tools.monitoring.latency_table import latency_table
@@ -85,6 +90,17 @@ def shown(table: Any) -> str:
     return output.getvalue()
 
 
+def hostile_device() -> Device:
+    """A headset as another node may describe one: each word is hostile."""
+    table = load_table()
+    session = {key: HOSTILE_NAME for key in ("device_id", "headset", "state", "software")}
+    session |= {f"state.{id}": HOSTILE_NAME for id in table.streams}
+    session[f"permission.{HOSTILE_NAME}"] = "true"
+    device = read_device({"session": session}, table)
+    assert device is not None
+    return device
+
+
 def test_tables_show_names_of_recordings_and_of_other_nodes_as_text() -> None:
     check = Check(HOSTILE_NAME, "messages", "wrong", HOSTILE_NAME, {"messages": 1})
     topic = {"type": "a", "stream": HOSTILE_NAME, "message": HOSTILE_NAME}
@@ -94,12 +110,26 @@ def test_tables_show_names_of_recordings_and_of_other_nodes_as_text() -> None:
         *map(shown, problems([check])),
         shown(topic_table(rows, Console(width=80))),
         shown(latency_table({HOSTILE_NAME: (HOSTILE_NAME, None)}, 1)),
+        shown(devices._headset(hostile_device())),
+        shown(doctor._table([Finding("", "ok", HOSTILE_NAME, HOSTILE_NAME)])),
     ]
     for it in said:
         assert "\x1b" not in it
         assert "\x07" not in it
         assert "[/x]" in it
         assert "y" * 2001 not in it
+
+
+def test_words_of_the_app_on_the_headset_are_shown_as_text(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "9000")
+    words = [HOSTILE_NAME] * 3
+    status = AppStatus(HOSTILE_NAME, "ended", *words, [], {HOSTILE_NAME: True}, False, False)
+    headset._show(status, [StreamStatus(HOSTILE_NAME, "failed", HOSTILE_NAME, 1, 0, False)])
+    said = capsys.readouterr().out
+    assert said.count("[/x]") == 4  # in the title, which is cut, and in three cells
+    assert "\x1b" not in said
 
 
 def test_what_is_left_out_of_a_recording_is_said_as_text(

@@ -73,7 +73,8 @@ def _show_paired(devices: Sequence[PairedDevice], *, is_json: bool) -> None:
         table = Table("name", "paired", "id", box=None)
         table.add_column("fingerprint", overflow="fold")
         for it in devices:
-            table.add_row(markup(it.name), it.paired, markup(it.device_id), it.fingerprint)
+            name, paired, device_id = map(markup, (it.name, it.paired, it.device_id))
+            table.add_row(name, paired, device_id, it.fingerprint)
         Console().print(table)
 
 
@@ -82,7 +83,8 @@ def _headset(device: Device) -> Table:
     table = Table("stream", "state", "why", title=markup(title), title_justify="left", box=None)
     for it in device.streams:
         lowered = f"{LOWERED}: {it.lowered}" if it.lowered else ""
-        table.add_row(it.stream, it.state, markup("; ".join(filter(None, (it.reason, lowered)))))
+        why = "; ".join(filter(None, (it.reason, lowered)))
+        table.add_row(it.stream, markup(it.state), markup(why))
     for name, is_granted in device.permissions.items():
         table.add_row(markup(name), "granted" if is_granted else "not granted", "")
     return table

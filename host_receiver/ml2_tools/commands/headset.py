@@ -178,7 +178,7 @@ def _show(status: app.AppStatus, streams: Sequence[app.StreamStatus]) -> None:
     table.add_column("why")
     for it in streams:
         state = "resting, hot" if it.resting else it.state
-        table.add_row(it.id, state, str(it.produced), str(it.dropped), markup(it.reason))
+        table.add_row(markup(it.id), state, str(it.produced), str(it.dropped), markup(it.reason))
     for name, is_granted in status.permissions.items():
         table.add_row(markup(name), "granted" if is_granted else "not granted")
     Console().print(table)
