@@ -1,6 +1,5 @@
 package dev.ml2sensors.android
 
-import android.hardware.camera2.CameraAccessException
 import android.hardware.camera2.CameraManager
 import android.util.Size
 import dev.ml2sensors.source.Answer
@@ -82,7 +81,7 @@ internal class Camera2Source(
         val tags = VendorTags(if (stream == StreamTable.mixedReality) MIXED_REALITY_TAGS else COLOR_TAGS)
         val timestamps =
             if (camera.stampsBootTime) {
-                { timestamp: Long -> timestamp }
+                { timestamp: Long -> timestamp.takeIf { it > 0 } }
             } else {
                 TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }::captureNanos
             }
@@ -99,15 +98,13 @@ internal class Camera2Source(
     override fun close(): Unit = access.close()
 
     private fun camera(stream: StreamSpec, values: StreamValues): ColorCamera =
-        try {
+        ofCamera2("Android cannot describe its cameras") {
             val listed = cameraManager.cameraIdList
             val wanted = CAMERAS.getValue(stream).sortedBy { it != values.cameraId?.toString() }
             val id = wanted.firstOrNull { it in listed } ?: throw SourceException(
                 "this headset lists no camera ${wanted.first()}; it lists: ${listed.joinToString()}",
             )
             ColorCamera(id, cameraManager.getCameraCharacteristics(id), encoderSpeed, workers.count)
-        } catch (e: CameraAccessException) {
-            throw SourceException("Android cannot list its cameras: ${e.message}", e)
         }
 
     private fun ColorCamera.answer(stream: StreamSpec, requested: StreamValues): Answer {

@@ -1,11 +1,11 @@
 package dev.ml2sensors.android
 
-import android.hardware.camera2.CameraAccessException
 import android.hardware.camera2.CameraCaptureSession
 import android.hardware.camera2.CameraDevice
 import android.hardware.camera2.CameraManager
 import android.hardware.camera2.CaptureRequest
 import android.os.Handler
+import android.util.Log
 import android.view.Surface
 import dev.ml2sensors.source.SourceException
 import kotlinx.coroutines.CompletableDeferred
@@ -60,7 +60,12 @@ internal class CameraConnection(
         if (!isRequested) return@withContext
         // The answer comes in any case
         opened.join()
-        device?.close()
+        try {
+            device?.close()
+        } catch (e: RuntimeException) { // Then it does not say that it is closed
+            Log.w("ml2s", "camera $id cannot be closed: ${e.message}")
+            closed.complete(Unit)
+        }
         closed.await()
     }
 
@@ -83,12 +88,7 @@ internal class CameraConnection(
         closed.complete(Unit)
     }
 
-    private inline fun <T> accessing(access: () -> T): T =
-        try {
-            access()
-        } catch (e: CameraAccessException) {
-            throw SourceException("camera $id cannot be used: ${e.message}", e)
-        }
+    private inline fun <T> accessing(access: () -> T): T = ofCamera2("camera $id cannot be used", access)
 
     private fun nameOf(error: Int) =
         when (error) {
@@ -108,4 +108,18 @@ internal class CameraConnection(
         override fun onConfigureFailed(session: CameraCaptureSession) =
             fail(SourceException("camera $id refused the capture configuration"))
     }
+}
+
+/**
+ * Returns the result of a [call] of Camera2, which throws more kinds of exceptions than are documented: all but a
+ * SecurityException, which [PermissionCheckedSource] explains, become a SourceException with this [complaint].
+ */
+internal inline fun <T> ofCamera2(complaint: String, call: () -> T): T = try {
+    call()
+} catch (e: SourceException) {
+    throw e
+} catch (e: SecurityException) {
+    throw e
+} catch (e: Exception) {
+    throw SourceException("$complaint: ${e.message ?: e.javaClass.simpleName}", e)
 }

@@ -36,7 +36,7 @@ internal class ExposureReader(
 ) {
     fun read(result: CaptureResult, timestamp: Long): Exposure {
         val mlTimeNanos = tags.exposureCentreNanos(result)
-        val exposureNanos = result.get(CaptureResult.SENSOR_EXPOSURE_TIME)
+        val exposureNanos = result.get(CaptureResult.SENSOR_EXPOSURE_TIME)?.takeIf { it in 1..LONGEST_NANOS }
         val centreNanos = mlTimeNanos?.let { tracker.ask { poses -> poses.captureNanos(it) } }
         return Exposure(
             result.frameNumber,
@@ -46,5 +46,10 @@ internal class ExposureReader(
             centreNanos?.let { tracker.ask { poses -> poses.poseAt(mlTimeNanos) } },
             tags.intrinsics(result, width, height),
         )
+    }
+
+    private companion object {
+        /** Far longer than any camera of the headset exposes. */
+        const val LONGEST_NANOS = 1_000_000_000L
     }
 }

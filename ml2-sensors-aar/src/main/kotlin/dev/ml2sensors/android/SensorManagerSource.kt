@@ -15,6 +15,7 @@ import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.ScalarSample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.StreamValues
@@ -53,8 +54,9 @@ internal class SensorManagerSource(
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
         access.callbackSamples("$stream") { queue ->
             val (row, sensor) = find(stream) ?: throw SourceException(absence(stream))
+            val isOnChange = row.isOnChange || sensor.reportingMode != Sensor.REPORTING_MODE_CONTINUOUS
             val timestamps =
-                TimestampConverter(clocks, row.isOnChange) { base -> foundBases.update { it + (stream to base) } }
+                TimestampConverter(clocks, isOnChange) { base -> foundBases.update { it + (stream to base) } }
             val listener = Listener(row, timestamps, queue)
             // Of the fastest rate Android makes the sensor's minDelay
             if (!sensorManager.registerListener(listener, sensor, FASTEST, UNBATCHED_MICROS, handler)) {
@@ -94,9 +96,13 @@ internal class SensorManagerSource(
     ) : SensorEventListener {
         override fun onSensorChanged(event: SensorEvent) {
             try {
-                val sample = timestamps.captureNanos(event.timestamp)?.let { row.sample(it, event.values) }
-                if (sample is VectorSample) LocalFrames.copy(row.stream, sample)
-                queue.offer(sample ?: undated())
+                val captureNanos = timestamps.captureNanos(event.timestamp)
+                val sample = captureNanos?.let { row.sample(it, event.values) }
+                when {
+                    sample == null -> lose(DropReason.SOURCE_LATE)
+                    sample.isFinite -> deliver(sample)
+                    else -> lose(DropReason.UNUSABLE)
+                }
             } catch (e: SourceException) {
                 queue.countLost(1, DropReason.SOURCE_LATE)
                 queue.close(e)
@@ -105,7 +111,19 @@ internal class SensorManagerSource(
 
         override fun onAccuracyChanged(sensor: Sensor, accuracy: Int) = Unit
 
-        private fun undated() = LostSamples(clocks.boot.nowNanos(), 1, DropReason.SOURCE_LATE)
+        private fun lose(reason: DropReason) = queue.offer(LostSamples(clocks.boot.nowNanos(), 1, reason))
+
+        private fun deliver(sample: Sample) {
+            if (sample is VectorSample) LocalFrames.copy(row.stream, sample)
+            queue.offer(sample)
+        }
+
+        private val Sample.isFinite: Boolean
+            get() = when (this) {
+                is VectorSample -> x.isFinite() && y.isFinite() && z.isFinite()
+                is ScalarSample -> value.isFinite()
+                else -> true
+            }
     }
 
     private companion object {

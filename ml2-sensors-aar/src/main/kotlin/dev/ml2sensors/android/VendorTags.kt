@@ -73,7 +73,7 @@ internal class VendorTags(prefix: String) {
 }
 
 /** A capture result tag that some cameras do not have. */
-private class VendorTag<T>(private val name: String, type: Class<T>) {
+private class VendorTag<T : Any>(private val name: String, private val type: Class<T>) {
     private val key = CaptureResult.Key(name, type)
     private var isKnown = true
     private var isRefused = false
@@ -85,15 +85,21 @@ private class VendorTag<T>(private val name: String, type: Class<T>) {
         return null
     }
 
+    /** Returns null if there is no such tag, or if it is of another type than the vendor documents. */
     fun of(result: CaptureResult): T? {
         if (!isKnown) return null
-        return try {
+        val value: Any? = try {
             result.get(key)
         } catch (_: IllegalArgumentException) {
             // Camera2's way to say that there is no tag of this name
             isKnown = false
             null
+        } catch (e: RuntimeException) {
+            // Its way to say that the tag has another type
+            refuse(type.simpleName, e.message.orEmpty())
         }
+        if (value == null || type.isInstance(value)) return type.cast(value)
+        return refuse(type.simpleName, value.javaClass.simpleName)
     }
 }
 
@@ -103,7 +109,7 @@ internal class VendorRequest private constructor(private val name: String, priva
     fun setIn(request: CaptureRequest.Builder) {
         try {
             request.set(CaptureRequest.Key(name, Byte::class.java), value)
-        } catch (e: IllegalArgumentException) { // Camera2's way to say that there is no tag of this name
+        } catch (e: RuntimeException) { // Camera2's way to say that there is no tag of this name and type
             Log.w("ml2s", "$name: this device does not know the tag, and decides itself: ${e.message}")
         }
     }

@@ -80,6 +80,7 @@ class Camera2SourceTest {
         assertEquals(emptyList(), CameraRig.readers, "every reader is closed")
         assertEquals(0, NativeSlots.mappedBytes, "every image was given back")
         CameraRig.failure = null
+        CameraRig.failures.clear()
     }
 
     @Test
@@ -184,6 +185,37 @@ class Camera2SourceTest {
     }
 
     @Test
+    fun tagsOfAnotherTypeOrLengthThanTheVendorDocumentsAreNone() = withCamera { camera ->
+        val noFloats =
+            listOf(DoubleArray(12) { 1.0 }, IntArray(12) { 1 }, "text", floatArrayOf(), FloatArray(11) { 1f })
+        val noTimes = listOf(IntArray(4) { 1 }, 7L, longArrayOf(), longArrayOf(1), longArrayOf(1, -1, 1, 1))
+        // As Camera2 says that a tag has another type
+        val unreadable = List(5) { UnsupportedOperationException("no marshaler") }
+        for ((floats, times) in noFloats.zip(noTimes) + unreadable.zip(unreadable)) {
+            device.monotonicNanos += SECOND
+            camera.capture(mapOf("com.amd.control.intrinsics" to floats, "com.amd.control.cvip_timestamps" to times))
+            val image = awaitImage().image
+            assertNull(image.intrinsics)
+            assertEquals(device.bootNanos to "sensor_timestamp", image.captureNanos to image.settings.stampSource)
+        }
+        val said = ShadowLog.getLogsForTag("ml2s").map { it.msg.substringBefore(':') }
+        assertEquals(listOf("com.amd.control.cvip_timestamps", "com.amd.control.intrinsics"), said.sorted())
+    }
+
+    @Test
+    fun anExposureThatNoCameraHasIsNone() = withCamera { camera ->
+        for (exposureNanos in listOf(-1, 0, Long.MAX_VALUE, Long.MIN_VALUE)) {
+            device.monotonicNanos += SECOND
+            with(rig) {
+                camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+                camera.result(device.monotonicNanos, exposureNanos)
+            }
+            val image = awaitImage().image
+            assertEquals(device.bootNanos to null, image.captureNanos to image.settings.exposureNanos)
+        }
+    }
+
+    @Test
     fun aCameraThatIsFasterThanAskedIsThinned() = withCamera { camera ->
         val period = SECOND / 60
         repeat(60) {
@@ -230,6 +262,11 @@ class Camera2SourceTest {
                 camera.result(device.bootNanos)
             }
             assertEquals(device.bootNanos, awaitImage().image.captureNanos)
+            with(rig) {
+                camera.image(FakeImage.jpeg(0, byteArrayOf(1)))
+                camera.result(0)
+            }
+            assertLost(DropReason.SOURCE_LATE)
             cancel()
         }
     }
@@ -357,6 +394,77 @@ class Camera2SourceTest {
         source.samples(StreamTable.color, values).test {
             val failure = assertIs<SourceException>(awaitError())
             assertEquals("camera 1 cannot be used: The camera device is in use already", failure.message)
+        }
+    }
+
+    @Test
+    fun aCameraThatFailsInAnyStateFailsItsFlowAndIsUsedAgain() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        for (error in listOf(CameraRig.DISCONNECTED) + (1..6)) {
+            CameraRig.openError = error
+            assertFails("camera 1 ")
+            CameraRig.openError = null
+            CameraRig.holdsSessions = true
+            assertFails("camera 1 ") {
+                while (!CameraRig.isSessionHeld) yield()
+                CameraRig.opened.end(error)
+            }
+            rig.answerSessions()
+            CameraRig.holdsClosings = true
+            copies().test {
+                rig.awaitRunning()
+                cancel()
+            }
+            repeat(2) { CameraRig.opened.end(error) }
+            rig.answerClosings()
+            assertIsUsedAgain()
+        }
+    }
+
+    private fun CameraRig.Opened.end(error: Int) = if (error == CameraRig.DISCONNECTED) disconnect() else fail(error)
+
+    /** Asserts that a flow fails as said, while [meanwhile] runs. */
+    private suspend fun assertFails(expected: String, meanwhile: suspend () -> Unit = {}) =
+        source.samples(StreamTable.color, values).test {
+            meanwhile()
+            val failure = assertIs<SourceException>(awaitError())
+            assertTrue(failure.message.orEmpty().startsWith(expected), "$failure")
+        }
+
+    @Test
+    fun whateverACallOfCamera2ThrowsItsFlowFailsWithATypeAndTheCameraIsUsedAgain() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        val thrown = listOf(
+            CameraAccessException(CameraAccessException.CAMERA_ERROR),
+            IllegalStateException("CameraDevice was already closed"),
+            UnsupportedOperationException("no"),
+            NullPointerException(null),
+        )
+        for (cause in thrown) {
+            for (call in listOf("CameraManager.getCameraIdList", "CameraManager.getCameraCharacteristics")) {
+                CameraRig.failures[call] = cause
+                assertFails("Android cannot describe its cameras: ")
+                assertIs<Answer.Refused>(source.negotiate(StreamTable.color, values), "$call: $cause")
+                CameraRig.failures.clear()
+            }
+            val calls = listOf(
+                "CameraManager.openCamera",
+                "CameraDevice.createCaptureSession",
+                "CameraDevice.createCaptureRequest",
+                "CameraCaptureSession.setRepeatingRequest",
+            )
+            for (call in calls) {
+                CameraRig.failures[call] = cause
+                assertFails("camera 1 cannot be used: ")
+                CameraRig.failures.clear()
+            }
+            if (cause is RuntimeException) CameraRig.failures["CameraDevice.close"] = cause
+            copies().test {
+                rig.awaitRunning()
+                cancel()
+            }
+            CameraRig.failures.clear()
+            assertIsUsedAgain()
         }
     }
 

@@ -36,6 +36,7 @@ import org.robolectric.util.ReflectionHelpers
 import org.robolectric.util.ReflectionHelpers.ClassParameter
 import java.lang.ref.WeakReference
 import java.util.Queue
+import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.ConcurrentLinkedQueue
 import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.CountDownLatch
@@ -189,13 +190,13 @@ internal class CameraRig(private val manager: CameraManager) {
     class Manager : ShadowCameraManager() {
         @Implementation
         public override fun getCameraIdList(): Array<String> {
-            NeverReturns.pass("CameraManager.getCameraIdList")
+            pass("CameraManager.getCameraIdList")
             return super.getCameraIdList()
         }
 
         @Implementation
         public override fun getCameraCharacteristics(id: String): CameraCharacteristics {
-            NeverReturns.pass("CameraManager.getCameraCharacteristics")
+            pass("CameraManager.getCameraCharacteristics")
             return super.getCameraCharacteristics(id)
         }
 
@@ -206,7 +207,7 @@ internal class CameraRig(private val manager: CameraManager) {
             executor: Executor,
             uid: Int,
         ): CameraDevice {
-            NeverReturns.pass("CameraManager.openCamera")
+            pass("CameraManager.openCamera")
             failure?.let { throw it }
             val isAnswered = AtomicBoolean()
             val answering = Executor { command ->
@@ -252,7 +253,7 @@ internal class CameraRig(private val manager: CameraManager) {
 
         @Implementation
         override fun close() {
-            NeverReturns.pass("CameraDevice.close")
+            pass("CameraDevice.close")
             if (!holdsClosings) return super.close()
             ReflectionHelpers.getField<AtomicBoolean>(device, "mClosing").set(true)
             heldClosings.putWhile({ holdsClosings }) { super.close() }
@@ -260,7 +261,7 @@ internal class CameraRig(private val manager: CameraManager) {
 
         @Implementation
         override fun createCaptureRequest(template: Int): CaptureRequest.Builder {
-            NeverReturns.pass("CameraDevice.createCaptureRequest")
+            pass("CameraDevice.createCaptureRequest")
             return super.createCaptureRequest(template)
         }
 
@@ -270,7 +271,7 @@ internal class CameraRig(private val manager: CameraManager) {
             callback: CameraCaptureSession.StateCallback,
             handler: Handler,
         ) {
-            NeverReturns.pass("CameraDevice.createCaptureSession")
+            pass("CameraDevice.createCaptureSession")
             if (holdsSessions) {
                 val isClosed = ReflectionHelpers.getField<AtomicBoolean>(device, "mClosing")
                 return heldSessions.putWhile({ holdsSessions }) {
@@ -295,7 +296,7 @@ internal class CameraRig(private val manager: CameraManager) {
             callback: CameraCaptureSession.CaptureCallback,
             handler: Handler,
         ): Int {
-            NeverReturns.pass("CameraCaptureSession.setRepeatingRequest")
+            pass("CameraCaptureSession.setRepeatingRequest")
             requestFailure?.let { throw it }
             running.trySend(Running(session, request, callback, handler))
             return 1
@@ -311,7 +312,7 @@ internal class CameraRig(private val manager: CameraManager) {
 
         @Implementation
         fun acquireNextImage(): Image? {
-            NeverReturns.pass("ImageReader.acquireNextImage")
+            pass("ImageReader.acquireNextImage")
             return images.poll()
         }
 
@@ -331,7 +332,7 @@ internal class CameraRig(private val manager: CameraManager) {
         }
     }
 
-    /** Throws for an unknown tag of a vendor, as the framework does. */
+    /** Throws for an unknown tag of a vendor, as the framework does, and a value that is an exception. */
     @Implements(CaptureResult::class)
     open class TaggedResult : ShadowCaptureResult() {
         var values: Map<String, Any?> = emptyMap()
@@ -342,7 +343,7 @@ internal class CameraRig(private val manager: CameraManager) {
             require(key.name.startsWith("android.") || key.name in values) {
                 "Could not find tag for key '${key.name}'"
             }
-            return values[key.name] as T?
+            return values[key.name].also { if (it is RuntimeException) throw it } as T?
         }
     }
 
@@ -364,6 +365,15 @@ internal class CameraRig(private val manager: CameraManager) {
         /** The error code that answers an opening, or [DISCONNECTED]; null if a camera opens. */
         @Volatile
         var openError: Int? = null
+
+        /** The exceptions that calls throw, by the names of [NeverReturns.CALLS]. */
+        val failures = ConcurrentHashMap<String, Exception>()
+
+        /** Stands where Camera2 carries out [call]. */
+        private fun pass(call: String) {
+            NeverReturns.pass(call)
+            failures[call]?.let { throw it }
+        }
 
         /** True while openings are not answered. */
         @Volatile
@@ -387,6 +397,9 @@ internal class CameraRig(private val manager: CameraManager) {
         /** Why no session can be asked to deliver. */
         @Volatile
         var requestFailure: Exception? = null
+
+        /** True if a session has been neither configured nor refused. */
+        val isSessionHeld: Boolean get() = heldSessions.isNotEmpty()
 
         /** True if an opening has not been answered. */
         val isOpeningHeld: Boolean get() = heldOpenings.isNotEmpty()

@@ -19,13 +19,14 @@ import java.util.concurrent.atomic.AtomicLong
 /** The sensors below Android's own SensorManager: stands where its native code is. */
 internal class SensorHub(private val sensorManager: SensorManager) {
     /** Lists a sensor after those that are listed. */
-    fun add(type: Int, name: String, wakesUp: Boolean = false): Sensor {
+    fun add(type: Int, name: String, wakesUp: Boolean = false, isOnChange: Boolean = false): Sensor {
         val all = ReflectionHelpers.getField<MutableList<Sensor>>(sensorManager, "mFullSensorsList")
         val byHandle = ReflectionHelpers.getField<MutableMap<Int, Sensor>>(sensorManager, "mHandleToSensor")
         val sensor = SensorBuilder.newBuilder().setType(
             type,
         ).setName(name).setWakeUpFlag(wakesUp).setMinDelay(4_800).build()
         ReflectionHelpers.setField(sensor, "mHandle", all.size + 1)
+        if (isOnChange) ReflectionHelpers.setField(sensor, "mFlags", Sensor.REPORTING_MODE_ON_CHANGE shl 1)
         all += sensor
         byHandle[all.size] = sensor
         return sensor

@@ -200,6 +200,40 @@ class SensorManagerSourceTest {
     }
 
     @Test
+    fun whateverTheDeviceReportsOnChangeMayBeOldWhenItIsRegistered() = runBlocking {
+        val pressure = hub.add(Sensor.TYPE_PRESSURE, "Headset Pressure Sensor", isOnChange = true)
+        source.samples(StreamTable.pressureHeadset, StreamValues()).test {
+            val old = device.bootNanos - 7_000 * SECOND - 1
+            hub.measure(pressure, old, 1_000f)
+            assertEquals(old, assertIs<ScalarSample>(awaitItem()).captureNanos)
+            hub.measure(pressure, device.bootNanos - 1, 1_001f)
+            assertEquals(device.bootNanos - 1, assertIs<ScalarSample>(awaitItem()).captureNanos)
+            cancel()
+        }
+    }
+
+    @Test
+    fun readingsThatAreNoNumbersAreLostAndCounted() = runBlocking {
+        val gyro = hub.add(Sensor.TYPE_GYROSCOPE, "Headset Left Gyroscope Sensor")
+        val light = hub.add(Sensor.TYPE_LIGHT, "Ambient Light Sensor")
+        for ((stream, sensor) in listOf(StreamTable.gyroLeft to gyro, StreamTable.lightSensor to light)) {
+            source.samples(stream, StreamValues()).test {
+                val axes = if (stream == StreamTable.gyroLeft) 0..2 else 0..0
+                for (odd in listOf(Float.NaN, Float.POSITIVE_INFINITY, Float.NEGATIVE_INFINITY)) {
+                    for (axis in axes) {
+                        hub.measure(sensor, device.bootNanos, *FloatArray(3) { if (it == axis) odd else 1f })
+                        val lost = assertIs<LostSamples>(awaitItem(), "$stream: $odd")
+                        assertEquals(1 to DropReason.UNUSABLE, lost.count to lost.reason)
+                    }
+                }
+                hub.measure(sensor, device.bootNanos, 1f, 2f, 3f)
+                assertTrue(awaitItem() !is LostSamples)
+                cancel()
+            }
+        }
+    }
+
+    @Test
     fun aRegistrationThatDoesNotReturnFailsItsFlowAndIsUndoneWhenItDoes() = runBlocking {
         val sensor = hub.add(Sensor.TYPE_LIGHT, "Ambient Light Sensor")
         val answer = NeverReturns.hold("SensorManager.registerListener")
