@@ -11,7 +11,7 @@ mvn -q -f .. dependency:build-classpath -pl ml2-sensors-aar \
 classpath=target/test-classes:target/classes:$(<target/fuzz-classpath)
 # Without the second compiler and parallel collection, three times as many inputs are tried in two seconds, and as many
 # in half a minute.
-for reader in FRAMES BODIES OPENINGS PAIRING MESSAGES URI; do
+for reader in FRAMES BODIES OPENINGS ORDER PAIRING MESSAGES URI; do
     corpus=target/fuzz/$reader
     mkdir -p "$corpus"
     touch "$corpus.began"

@@ -14,6 +14,8 @@ import dev.ml2sensors.wire.Configure
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorBody
 import dev.ml2sensors.wire.Failure
+import dev.ml2sensors.wire.Frame
+import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.FrameReader
 import dev.ml2sensors.wire.Joined
@@ -33,6 +35,7 @@ import kotlinx.serialization.builtins.ListSerializer
 import java.io.EOFException
 import java.nio.ByteBuffer
 import java.nio.channels.Channels
+import kotlin.random.Random
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertTrue
@@ -110,6 +113,40 @@ internal enum class FuzzTarget {
         }
     },
 
+    /** Frames of openings in any order. Four bytes draw each, and what the app does before it. */
+    ORDER {
+        private val kinds = listOf(FrameKind.MESSAGE, FrameKind.POSE, FrameKind.REQUEST, FrameKind.RESPONSE)
+        private val bodies = List(5) { byteArrayOf(0, 1, 0, 0, 0) } + byteArrayOf(1)
+
+        override fun seeds() = List(8) { Random(it).nextBytes(4 * 64) }
+
+        override fun read(data: ByteArray) {
+            val closed = HashSet<Int>()
+            var delivered = 0L
+            val openings = Openings { (it.header.channel !in closed).also { isTaken -> if (isTaken) delivered++ } }
+            val uses = listOf(Open.SUBSCRIPTION, Open.SUBSCRIPTION, Open.CLIENT, Open.SERVICE)
+            uses.forEachIndexed { index, kind -> openings.asks(Open(index + 1, kind)) }
+            for (number in 0..<data.size / DRAW_BYTES) {
+                val (kind, id, late, what) = List(DRAW_BYTES) { data[DRAW_BYTES * number + it].toUByte().toInt() }
+                when (what % 32) {
+                    0 -> closed += id % 5
+                    in 1..6 -> openings.asks(3, number)
+                    in 7..16 -> openings.taken(2, number)
+                    in 17..20 -> openings.answered(4, number)
+                }
+                val body = bodies[what % bodies.size]
+                val header = FrameHeader(kinds[kind % 4].code, body.size, id % 6, number - late % 4, captureNanos = 1)
+                val before = delivered + openings.late
+                val isAnswered = try {
+                    openings.received(RosLanes.ALL[what / 32 % 2], Frame(kinds[kind % 4], header, body)) != null
+                } catch (_: ProtocolException) {
+                    true
+                }
+                assertEquals(if (isAnswered) 0 else 1, delivered + openings.late - before)
+            }
+        }
+    },
+
     PAIRING {
         override fun seeds() = listOf(
             """{"nonce": "${"0123456789abcdef".repeat(4)}", "name": "desk", "software": "ml2-receiver 0.1.0"}""",
@@ -183,5 +220,8 @@ internal enum class FuzzTarget {
 
     private companion object {
         const val HEADER_BYTES = 32
+
+        /** Of one frame of [ORDER]. */
+        const val DRAW_BYTES = 4
     }
 }

@@ -8,11 +8,14 @@ import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.SessionFixture
 import dev.ml2sensors.test
 import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.Deferred
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.async
 import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.flow.onEach
 import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
@@ -29,15 +32,19 @@ import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.params.ParameterizedTest
 import org.junit.jupiter.params.provider.CsvSource
+import java.io.IOException
+import kotlin.random.Random
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
+import kotlin.test.assertTrue
 
 class SubscriptionsTest {
     private val fixture = SessionFixture()
     private val subscriptions = Subscriptions()
     private val chatter = chatter()
+    private lateinit var running: Deferred<Throwable?>
 
     @AfterEach
     fun close() = fixture.close()
@@ -144,7 +151,7 @@ class SubscriptionsTest {
             first.opens(1)
             first.message(1, 41, text("latched"))
             assertEquals(41, awaitItem().number)
-            first.cut()
+            lose(first)
             val second = session()
             assertEquals(42, second.await(HostFrame.OPEN).json.getValue("received").jsonPrimitive.long)
             second.opens(1)
@@ -154,6 +161,42 @@ class SubscriptionsTest {
             assertEquals("malformed", second.await(HostFrame.ERROR).json.getValue("code").jsonPrimitive.content)
             expectNoEvents()
         }
+    }
+
+    @Test
+    fun nothingComesTwiceOver200CutsAndTheBooksBalance() = runBlocking<Unit> {
+        val random = Random(1)
+        var sent = 0
+        val numbers = ArrayList<Long>()
+        val last = MutableStateFlow(-1L)
+        val collecting = launch(Dispatchers.Default) {
+            chatter(Keep.All(4)).collect {
+                numbers += it.number
+                last.value = it.number
+            }
+        }
+        repeat(200) {
+            val session = session()
+            val expected = session.await(HostFrame.OPEN).json.getValue("received").jsonPrimitive.int
+            assertTrue(expected <= sent, "$expected of $sent")
+            session.opens(1)
+            repeat(random.nextInt(8)) {
+                session.message(1, sent, if (sent % 7 == 0) UNDECODABLE else text("$sent"))
+                sent++
+            }
+            lose(session)
+        }
+        val session = session()
+        session.opens(1)
+        session.message(1, sent, text("last"))
+        withTimeout(TEST_LIMIT) { last.first { it == sent.toLong() } }
+        val counts = subscriptions.counts().getValue("1")
+        assertEquals(numbers.distinct().sorted(), numbers)
+        assertEquals(emptyList(), numbers.filter { it % 7 == 0L } - sent.toLong())
+        assertEquals(numbers.size.toLong(), counts.taken)
+        assertEquals(counts.received, counts.run { taken + superseded + queueFull + undecodable })
+        assertTrue(counts.undecodable > 0)
+        collecting.cancelAndJoin()
     }
 
     @Test
@@ -234,7 +277,7 @@ class SubscriptionsTest {
         chatter(Keep.All()).test {
             val session = session()
             session.opens(1)
-            session.message(1, 0, byteArrayOf(0, 1, 0, 0, 9, 0, 0, 0, 'x'.code.toByte(), 0))
+            session.message(1, 0, UNDECODABLE)
             session.message(1, 1, text("whole"))
             assertEquals("whole", awaitItem().message.data)
             val counts = subscriptions.counts().getValue("1")
@@ -285,8 +328,14 @@ class SubscriptionsTest {
     private fun chatter(keep: Keep = Keep.Latest): Flow<Received<StringMessage>> =
         subscriptions.subscribe("/chatter", StringMessage.serializer(), keep)
 
+    /** Cuts the connections of a session, and waits until the device has noticed. */
+    private fun lose(session: HostSession) {
+        session.cut()
+        assertIs<IOException>(fixture.outcome(running))
+    }
+
     private fun session(): HostSession {
-        fixture.run(app = subscriptions)
+        running = fixture.run(app = subscriptions)
         return fixture.host.awaitHello().apply { welcome(ros = true) }
     }
 
@@ -311,4 +360,9 @@ class SubscriptionsTest {
 
     @Serializable
     private class Unnamed(val data: String)
+
+    private companion object {
+        /** Claims more text than there is. */
+        val UNDECODABLE = byteArrayOf(0, 1, 0, 0, 9, 0, 0, 0, 'x'.code.toByte(), 0)
+    }
 }

@@ -9,12 +9,11 @@ import dev.ml2sensors.wire.Open
 import dev.ml2sensors.wire.Opened
 import dev.ml2sensors.wire.ProtocolException
 import org.junit.jupiter.api.Test
-import kotlin.random.Random
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertNull
 
-/** The vectors of malformed frames show the rest: here are numbers that wrap, limits together, and order between lanes. */
+/** The vectors of malformed frames and a fuzz target show the rest: here are numbers that wrap, limits together, and order between lanes. */
 class OpeningsTest {
     private val delivered = ArrayList<Frame>()
     private val closed = HashSet<Int>()
@@ -92,29 +91,6 @@ class OpeningsTest {
         assertEquals(1, delivered.size)
         assertEquals(2, openings.late)
         assertRefused { openings.received("ros", frame(FrameKind.RESPONSE, CLIENT, 2)) }
-    }
-
-    @Test
-    fun eachFrameIsDeliveredCountedAnsweredOrRefused() {
-        for (id in 1..4) openings.opened(Opened(id, "opened", lane = if (id == LARGE) "bulk_1" else "ros"))
-        openings.closed(Closed(SMALL, "the rules have changed"))
-        val random = Random(7)
-        val kinds = listOf(FrameKind.MESSAGE, FrameKind.POSE, FrameKind.REQUEST, FrameKind.RESPONSE)
-        val outcomes = List(20_000) { number ->
-            if (number % 5 == 0) openings.asks(CLIENT, number)
-            if (number % 2 == 0) openings.taken(LARGE, number)
-            val before = delivered.size + openings.late
-            val body = if (random.nextInt(9) == 0) byteArrayOf(1) else PAYLOAD
-            val drawn = frame(kinds.random(random), random.nextInt(6), number - random.nextInt(4), body)
-            val outcome = try {
-                openings.received(listOf("ros", "bulk_1").random(random), drawn)?.code ?: "counted"
-            } catch (e: ProtocolException) {
-                e.code.wireName
-            }
-            assertEquals(if (outcome == "counted") 1 else 0, delivered.size + openings.late - before, outcome)
-            outcome
-        }
-        assertEquals(setOf("counted", "busy", "unexpected", "malformed"), outcomes.toSet())
     }
 
     private fun frame(kind: FrameKind, id: Int, number: Int, body: ByteArray = PAYLOAD) =
