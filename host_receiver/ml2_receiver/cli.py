@@ -113,7 +113,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         nobody reads the output any more, as of programs that end by these signals.
     """
     heed_interrupts()
-    _open_missing_streams()
+    _open_missing_outputs()
     if arguments is None:
         limit_interrupts()
         _lose_unwritable_errors()
@@ -154,11 +154,11 @@ def _run(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
 
 
-def _open_missing_streams() -> None:
+def _open_missing_outputs() -> None:
     """Whoever starts a process may have closed them; a file opened later would become one."""
-    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+    for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open(mode))  # noqa: SIM115, for good
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115, for good
 
 
 class _LossyFile(io.FileIO):

@@ -93,7 +93,7 @@ def shown(table: Any) -> str:
 def hostile_device() -> Device:
     """A headset as another node may describe one: each word is hostile."""
     table = load_table()
-    session = {key: HOSTILE_NAME for key in ("device_id", "headset", "state", "software")}
+    session = dict.fromkeys(("device_id", "headset", "state", "software"), HOSTILE_NAME)
     session |= {f"state.{id}": HOSTILE_NAME for id in table.streams}
     session[f"permission.{HOSTILE_NAME}"] = "true"
     device = read_device({"session": session}, table)
