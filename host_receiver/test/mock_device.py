@@ -33,7 +33,7 @@ from ml2_receiver.wire.messages import (
     StreamStatus,
     Welcome,
 )
-from ml2_receiver.wire.opening_bodies import Open, Opened
+from ml2_receiver.wire.opening_bodies import Open, Opened, SubscriptionStatus
 from ml2_tools.playback.device import KINDS, Device, Reply
 from waiting import LIMIT_S
 
@@ -262,11 +262,15 @@ class MockDevice:
         self.wires[row.lane.name].send(Kind.DATA, payload, **header)
 
     def status(
-        self, *, is_final: bool = False, streams: Mapping[str, StreamStatus] | None = None
+        self,
+        *,
+        is_final: bool = False,
+        streams: Mapping[str, StreamStatus] | None = None,
+        openings: Mapping[str, SubscriptionStatus] | None = None,
     ) -> None:
         clock = ClockStatus("synchronised", -5, 6, 7)
         status = self.device.status(1.5, clock, is_final=is_final)
-        self.wires["control"].send(Kind.STATUS, replace(status, streams=streams))
+        self.wires["control"].send(Kind.STATUS, replace(status, streams=streams, openings=openings))
 
     def exchange_time(self, t1: int) -> tuple[int, int, int]:
         self.wires["time"].send(Kind.TIME_REQUEST, struct.pack("<q", t1))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import array
 import functools
+import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -23,10 +25,12 @@ from configurations import only
 from mock_device import MockDevice
 from ros_messages import TYPES, message, string
 from ros_processes import Receiver, environment
-from waiting import await_true
+from waiting import LIMIT_S, await_true
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -37,8 +41,10 @@ from test_msgs.message_fixtures import get_test_msg  # type: ignore[import-untyp
 
 from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.ros.context import tool_node
+from ml2_receiver.topics.plain_messages import status_name
 from ml2_receiver.wire.kinds import Kind
-from ml2_receiver.wire.opening_bodies import Closed, Open
+from ml2_receiver.wire.messages import Error
+from ml2_receiver.wire.opening_bodies import Close, Closed, Open, SubscriptionStatus
 
 CONFIG = only("battery: {enabled: true}, app: {subscribe: ['/**']}")
 STRING = "std_msgs/msg/String"
@@ -318,3 +324,130 @@ def test_all_of_test_msgs_arrive_as_rosbags_reads_them(app: MockDevice, node: No
     for id, (type, _messages) in sent.items():
         decoded = [values(read(payload, type)) for payload in taken[id]]
         assert decoded == [values(each) for each in fitting[id]], type
+
+
+def rows(node: Node) -> dict[str, dict[str, str]]:
+    """The next rows of /diagnostics, by name."""
+    arrays: list[DiagnosticArray] = []
+    made = node.create_subscription(DiagnosticArray, "/diagnostics", arrays.append, 1)
+    deadline_s = time.monotonic() + LIMIT_S
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    while not arrays and time.monotonic() < deadline_s:
+        executor.spin_once(timeout_sec=1)
+    executor.shutdown()
+    node.destroy_subscription(made)
+    (array, *_) = arrays
+    return {it.name: {pair.key: pair.value for pair in it.values} for it in array.status}
+
+
+def book(node: Node, topic: str) -> dict[str, int]:
+    """The counts in the row of a subscription; fails if they do not say all."""
+    values = rows(node)[status_name("", f"subscription {topic}")]
+    counts = {what: int(value) for what, value in values.items() if value.isdecimal()}
+    dropped = sum(count for what, count in counts.items() if what.startswith("dropped."))
+    assert counts["produced"] == counts["sent"] + counts["waiting"] + dropped
+    return counts
+
+
+def test_1000_messages_per_second_arrive_in_order(app: MockDevice, node: Node) -> None:
+    app.open(subscription(1, "/fast", keep="all", depth=100))
+    publisher = node.create_publisher(String, "/fast", QoSProfile(depth=1000))
+    await_true(lambda: quality(node, "/fast") == (RELIABLE.reliability, VOLATILE))
+    await_subscriber(publisher)
+    count, padding = 3000, "x" * 88
+
+    def publish() -> None:
+        begin_s = time.monotonic()
+        for number in range(count):
+            publisher.publish(String(data=f"{number:04}{padding}"))
+            time.sleep(max(0.0, begin_s + number / 1000 - time.monotonic()))
+
+    with ThreadPoolExecutor(1) as beside:
+        publishing = beside.submit(publish)
+        numbers: list[int] = []
+        while not numbers or numbers[-1] != count - 1:
+            payload = app.message()[1]
+            assert text(payload)[4:] == padding
+            numbers.append(int(text(payload)[:4]))
+        publishing.result()
+    assert numbers == sorted(set(numbers))
+    await_true(lambda: book(node, "/fast")["waiting"] == 0)
+    counts = book(node, "/fast")
+    # What a machine that stands still has lost is counted.
+    assert counts["sent"] == len(numbers)
+    lost = counts.get("dropped.queue_full", 0) + counts["missed"]
+    assert count - numbers[0] == len(numbers) + lost
+
+
+@pytest.mark.parametrize("keep", ["latest", "all"])
+def test_a_device_that_does_not_read_costs_neither_session_nor_memory(
+    keep: str, app: MockDevice, node: Node
+) -> None:
+    app.open(subscription(1, "/large", keep=keep))
+    publisher = node.create_publisher(String, "/large", RELIABLE)
+    await_subscriber(publisher)
+    dropped = "dropped.superseded" if keep == "latest" else "dropped.queue_full"
+    published = 0
+
+    def is_full() -> bool:
+        nonlocal published
+        if book(node, "/large").get(dropped, 0) > 5:
+            return True
+        for _ in range(5):
+            publisher.publish(String(data="x" * 60_000))
+            published += 1
+        return False
+
+    def is_all_taken() -> bool:
+        counts = book(node, "/large")
+        return counts["produced"] + counts["missed"] == published
+
+    await_true(is_full)
+    await_true(is_all_taken)
+    counts = book(node, "/large")
+    assert counts["waiting"] <= (2 if keep == "latest" else 11)
+    app.exchange_time(1)  # the session lives, and its other lanes go on
+    arrived = [app.message()[0].sequence for _ in range(counts["sent"] + counts["waiting"])]
+    assert arrived == sorted(set(arrived))
+    assert arrived[-1] == counts["produced"] - 1
+    await_true(lambda: book(node, "/large")["waiting"] == 0)
+    assert book(node, "/large")["sent"] == len(arrived)
+
+
+def test_64_names_are_open_at_most_and_each_id_once(app: MockDevice) -> None:
+    for id in range(1, 65):
+        assert app.open(subscription(id, f"/name_{id}")).result == "opened"
+    more = app.open(subscription(65, "/more"))
+    assert (more.result, more.code) == ("refused", "busy")
+    app.wires["control"].send(Kind.CLOSE, Close(1))
+    assert Closed.parse(app.await_control(Kind.CLOSED)).id == 1
+    assert app.open(subscription(66, "/more")).result == "opened"
+    app.wires["control"].send(Kind.OPEN, subscription(65, "/again"))
+    error = Error.parse(app.await_control(Kind.ERROR))
+    assert (error.code, error.fatal) == ("unexpected", True)
+
+
+def test_a_flood_of_ids_leaves_no_subscription_behind(app: MockDevice, node: Node) -> None:
+    for id in range(1, 1001):
+        app.open(subscription(id, f"/name_{id % 7}"))
+        app.wires["control"].send(Kind.CLOSE, Close(id))
+        app.await_control(Kind.CLOSED)
+    names = [f"/name_{it}" for it in range(7)]
+    await_true(lambda: not any(node.count_subscribers(name) for name in names))
+    assert app.open(subscription(2000, "/name_1")).result == "opened"
+
+
+def test_the_row_of_a_subscription_has_what_the_app_counts(app: MockDevice, node: Node) -> None:
+    app.open(subscription(3, "/said"))
+    counted = SubscriptionStatus(received=9, taken=5, superseded=1, queue_full=2, undecodable=1)
+    app.status(openings={"3": counted})
+
+    def counts() -> dict[str, str]:
+        return rows(node)[status_name("", "subscription /said")]
+
+    await_true(lambda: "app.received" in counts())
+    found = counts()
+    assert (found["id"], found["type"]) == ("3", STRING)
+    expected = {f"app.{what}": str(count) for what, count in vars(counted).items()}
+    assert expected.items() <= found.items()
