@@ -118,7 +118,7 @@ internal enum class FuzzTarget {
         private val kinds = listOf(FrameKind.MESSAGE, FrameKind.POSE, FrameKind.REQUEST, FrameKind.RESPONSE)
         private val bodies = List(5) { byteArrayOf(0, 1, 0, 0, 0) } + byteArrayOf(1)
 
-        override fun seeds() = List(8) { Random(it).nextBytes(4 * 64) }
+        override fun seeds() = List(8) { Random(it).nextBytes(DRAW_BYTES * 12) }
 
         override fun read(data: ByteArray) {
             val closed = HashSet<Int>()

@@ -1,0 +1,187 @@
+"""Topics of ROS reach the headset's app with the values that were published, and over link cuts."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import random
+import re
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from subprocess import Popen
+from typing import NamedTuple
+
+import pytest
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from configurations import only
+from ml2_receiver.ros.context import tool_node
+from processes import (
+    headset_command,
+    isolated_environment,
+    lines,
+    listening_address,
+    process,
+    receive_command,
+)
+from proxy import Proxy
+from waiting import await_true
+
+CONFIG = only("app: {subscribe: [/chatter, /joint_states, /map]}")
+STRING, JOINTS = "std_msgs/msg/String", "sensor_msgs/msg/JointState"
+KEPT = QoSProfile(depth=200)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TEXTS = ["", "Größe 頭", '"\\\n', "x" * 400, *map(str, range(16))]
+CUTS = int(os.environ.get("ML2S_CUTS", "10"))
+_PAUSE_S = 0.005
+_LINE = re.compile(r"(/\w+) (\d+) (\d+) (.*)\n")
+
+
+class Printed(NamedTuple):
+    """A message as the headset prints it."""
+
+    topic: str
+    number: int
+    published_ns: int
+    text: str
+
+
+def printed(headset: Popen[str]) -> Iterator[Printed]:
+    for line in lines(headset):
+        if (found := _LINE.fullmatch(line)) is not None:
+            topic, number, published_ns, text = found.groups()
+            yield Printed(topic, int(number), int(published_ns), text)
+
+
+@pytest.fixture
+def node(monkeypatch: pytest.MonkeyPatch) -> Iterator[Node]:
+    for name, value in isolated_environment().items():
+        monkeypatch.setenv(name, value)
+    with tool_node("robot") as node:
+        yield node
+
+
+@pytest.fixture
+def address(node: Node, tmp_path: Path) -> Iterator[str]:
+    config = tmp_path / "config.yaml"
+    config.write_text(CONFIG)
+    command = receive_command(config, "127.0.0.1:0")
+    with process(command, dict(os.environ), tmp_path / "receiver.log") as receiver:
+        yield listening_address(receiver)
+
+
+def is_heard_reliably(node: Node, publisher: Publisher) -> bool:
+    """True when the receiver has seen that a publisher is reliable, and subscribed so."""
+    found = node.get_subscriptions_info_by_topic(publisher.topic_name)
+    is_reliable = all(it.qos_profile.reliability == ReliabilityPolicy.RELIABLE for it in found)
+    return bool(found and is_reliable and publisher.get_subscription_count())
+
+
+def subscribing(
+    address: str, folder: Path, *topics: tuple[str, str]
+) -> contextlib.AbstractContextManager[Popen[str]]:
+    """Runs a headset that prints topics, each given with its type."""
+    words = [word for topic in topics for word in ("--subscribe", *topic)]
+    return process(headset_command(address, *words), dict(os.environ), folder / "headset.log")
+
+
+def test_values_times_and_numbers_are_those_that_were_published(
+    node: Node, address: str, tmp_path: Path
+) -> None:
+    chatter = node.create_publisher(String, "/chatter", KEPT)
+    joints = node.create_publisher(JointState, "/joint_states", KEPT)
+    states = [
+        JointState(name=["a", "bc"][:count], position=[0.1] * count, effort=[-1e300] * (count % 2))
+        for count in range(20)
+    ]
+    wanted = ("/chatter", STRING), ("/joint_states", JOINTS), ("/secret", STRING)
+    with subscribing(address, tmp_path, *wanted) as headset:
+        await_true(lambda: all(is_heard_reliably(node, it) for it in (chatter, joints)))
+        began_ns = time.time_ns()
+        for text, state in zip(TEXTS, states, strict=True):
+            chatter.publish(String(data=text))
+            joints.publish(state)
+        messages = printed(headset)
+        got = [next(messages) for _ in range(len(TEXTS) + len(states))]
+        ended_ns = time.time_ns()
+        headset.terminate()
+        rest = headset.communicate()[0]
+    of_chatter = [it for it in got if it.topic == "/chatter"]
+    of_joints = [it for it in got if it.topic == "/joint_states"]
+    assert [json.loads(it.text) for it in of_chatter] == [{"data": text} for text in TEXTS]
+    assert [deserialize_message(bytes.fromhex(it.text), JointState) for it in of_joints] == states
+    for topic in (of_chatter, of_joints):
+        assert [it.number for it in topic] == list(range(20))
+        times_ns = [began_ns, *(it.published_ns for it in topic), ended_ns]
+        assert times_ns == sorted(times_ns)
+    assert "/chatter: 20 messages" in rest
+    assert "/joint_states: 20 messages" in rest
+
+
+def test_a_refused_topic_says_why_and_the_others_go_on(
+    node: Node, address: str, tmp_path: Path
+) -> None:
+    latched = node.create_publisher(String, "/map", LATCHED)
+    latched.publish(String(data="map"))
+    wanted = ("/secret", STRING), ("/chatter", "absent_msgs/msg/Absent"), ("/map", STRING)
+    refused: dict[str, str] = {}
+    is_heard = False
+    with subscribing(address, tmp_path, *wanted) as headset:
+        while len(refused) < len(wanted) - 1 or not is_heard:
+            line = next(lines(headset))
+            if line.startswith("not subscribed: "):
+                _, topic, reason = line.split(": ", 2)
+                refused[topic] = reason
+            is_heard |= line.startswith("/map 0 ")
+    assert refused["/secret"] == "no rule in app.subscribe has /secret\n"
+    assert "absent_msgs" in refused["/chatter"]
+
+
+def test_nothing_comes_twice_over_link_cuts_and_latched_messages_come_again(
+    node: Node, address: str, tmp_path: Path
+) -> None:
+    latched = node.create_publisher(String, "/map", LATCHED)
+    latched.publish(String(data="map"))
+    counting = node.create_publisher(String, "/chatter", KEPT)
+    is_over = threading.Event()
+
+    def count() -> None:
+        number = 0
+        while not is_over.wait(_PAUSE_S):
+            counting.publish(String(data=str(number)))
+            number += 1
+
+    publisher = threading.Thread(target=count)
+    publisher.start()
+    got: list[Printed] = []
+    wanted = ("/chatter", STRING), ("/map", STRING)
+    try:
+        with Proxy(address) as proxy, subscribing(proxy.address, tmp_path, *wanted) as headset:
+            messages = printed(headset)
+            for cut in range(CUTS + 1):
+                while sum(it.topic == "/map" for it in got) <= cut:
+                    got.append(next(messages))
+                got.extend(next(messages) for _ in range(random.randrange(20)))
+                if cut < CUTS:
+                    proxy.cut()
+            headset.terminate()
+            rest = headset.communicate()[0]
+    finally:
+        is_over.set()
+        publisher.join()
+    got.extend(Printed(t, int(n), int(p), x) for t, n, p, x in _LINE.findall(rest))
+    for topic in ("/chatter", "/map"):
+        numbers = [it.number for it in got if it.topic == topic]
+        assert numbers == sorted(set(numbers))
+        assert f"{topic}: {len(numbers)} messages" in rest
+    counted = [int(json.loads(it.text)["data"]) for it in got if it.topic == "/chatter"]
+    assert counted == sorted(set(counted))
+    assert {it.text for it in got if it.topic == "/map"} == {'{"data":"map"}'}
