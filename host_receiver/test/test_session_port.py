@@ -7,13 +7,15 @@ from pathlib import Path
 import pytest
 
 from configurations import only_config
-from fake_sink import FakeSink
+from fake_sink import FakeGraph, FakeSink
 from free_port import reserve_port
 from ml2_receiver.commands import session_port
 from ml2_receiver.commands.receiving import new_server, running
 from ml2_receiver.commands.session_port import SessionPort
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import everywhere, text
+from ml2_receiver.wire.messages import AllowedUses
+from ml2_receiver.wire.opening_bodies import Open
 from mock_device import MockDevice
 from tls_device import Certificate
 
@@ -89,3 +91,26 @@ def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
             said += capsys.readouterr().out
         with MockDevice(f"127.0.0.1:{port}", tls=certificate.context()) as device:
             device.connect()
+
+
+@pytest.mark.parametrize("has_control", [False, True])
+def test_without_tls_apps_only_subscribe_unless_the_user_allows_control(
+    has_control: bool, tmp_path: Path
+) -> None:
+    rules = "app: {subscribe: ['/**'], publish: ['/**'], call: ['/**'], offer: ['/**']}"
+    insecure = options(
+        tmp_path, insecure=True, insecure_control=has_control, listen=("127.0.0.1", 0)
+    )
+    with ExitStack() as stack:
+        port = stack.enter_context(SessionPort(insecure))
+        server = new_server(port, only_config(rules), FakeSink(), FakeGraph())
+        stack.enter_context(running(server, port))
+        app = stack.enter_context(MockDevice(server.address, has_ros=True))
+        app.reach_configure()
+        assert app.welcome.ros == AllowedUses(True, has_control, has_control, has_control)
+        kinds = ("subscription", "client", "service")
+        answers = [
+            app.open(Open(id, kind, "/name", "T")).result for id, kind in enumerate(kinds, 1)
+        ]
+    allowed = "opened" if has_control else "refused"
+    assert answers == ["opened", allowed, allowed]
