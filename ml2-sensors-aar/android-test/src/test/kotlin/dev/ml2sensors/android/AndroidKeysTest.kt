@@ -2,6 +2,8 @@ package dev.ml2sensors.android
 
 import android.security.keystore.KeyPermanentlyInvalidatedException
 import android.security.keystore.KeyProperties
+import dev.ml2sensors.pairing.PairingException
+import dev.ml2sensors.pairing.PairingPeer
 import dev.ml2sensors.stream.StreamerState
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.flow.first
@@ -20,6 +22,7 @@ import java.security.spec.ECGenParameterSpec
 import java.time.Instant
 import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.CountDownLatch
+import java.util.concurrent.atomic.AtomicInteger
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
@@ -119,6 +122,17 @@ class AndroidKeysTest {
             assertEquals(made + 1, keystore.made.size, "$failure: one key is made")
             assertEquals(1, keystore.aliases.size, "and kept")
         }
+    }
+
+    @Test
+    fun aKeyThatStopsSigningFailsThePairingWithAReason() = keystore.use {
+        PairingPeer.accepting(1).use { receiver ->
+            val signatures = AtomicInteger()
+            keystore.before = { if (it == "sign" && signatures.incrementAndGet() > 1) throw ProviderException("no") }
+            val failure = assertFailsWith<PairingException> { runBlocking { Ml2Sensors.pair(app, receiver.uri) } }
+            assertTrue("signing with the device's key failed: no" in failure.message.orEmpty(), "$failure")
+        }
+        assertEquals(1, keystore.made.size)
     }
 
     /** Returns the reasons why keys were replaced. Nobody listens, which is all that the pairings fail by. */
