@@ -185,6 +185,15 @@ def test_equal_messages_of_two_recorders_are_as_many_as_one_had(tmp_path: Path) 
     assert [it.topic for it in Bag(tmp_path).messages()] == ["/said"] * len(said)
 
 
+def test_times_that_ros_does_not_have_are_not_supported(tmp_path: Path) -> None:
+    rows = [replace(it, time_ns=it.time_ns + (1 << 63)) for it in ROWS[:500]]
+    write(tmp_path / "a.mcap", rows)
+    for command in ("inspect", "play", "export --kalibr k --bag"):
+        words = command.split()
+        said = refusal(*words, str(tmp_path))
+        assert "the last time of ROS is 9223372036854775807 ns" in said
+
+
 def test_equal_messages_of_one_file_are_no_copies(tmp_path: Path) -> None:
     rows = [it for it in ROWS[:1000] for _ in range(2)]
     split(tmp_path, rows, "a.mcap", "b.mcap")

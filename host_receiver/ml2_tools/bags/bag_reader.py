@@ -18,7 +18,8 @@ from .foreign_formats import ZSTD_MAGIC, plain_cdr
 from .headsets import Headset, choose, config_topics
 from .mcap_file import Part, read_contents, read_messages
 
-_NEVER = (1 << 64, 0)  # times have 64 bits
+_NEVER = (1 << 64, 0)  # times of MCAP have 64 bits
+_MOST_NS = (1 << 63) - 1
 # A pause between files that nobody says belong together.
 _APART_NS = 60_000_000_000
 # Of messages in memory, since parts overlap.
@@ -72,6 +73,12 @@ class Bag:
         contents = [read_contents(file) for file in self._files]
         self._topics = BagTopics(path, contents)
         self._all_parts = [(file, part) for file, it in enumerate(contents) for part in it.parts]
+        for number, part in self._all_parts:
+            if part.end_ns > _MOST_NS:
+                raise RecordingError(
+                    f"not supported: {self._files[number]} has a message at {part.end_ns} ns, the"
+                    f" last time of ROS is {_MOST_NS} ns"
+                )
         self._copies = Copies()
         self._place()
         self._notes += [
