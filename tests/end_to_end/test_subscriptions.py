@@ -33,6 +33,7 @@ from processes import (
     receive_command,
 )
 from proxy import Proxy
+from test_ros_subscriptions import book
 from waiting import await_true
 
 CONFIG = only("app: {subscribe: [/chatter, /joint_states, /map]}")
@@ -83,6 +84,14 @@ def is_heard_reliably(node: Node, publisher: Publisher) -> bool:
     found = node.get_subscriptions_info_by_topic(publisher.topic_name)
     is_reliable = all(it.qos_profile.reliability == ReliabilityPolicy.RELIABLE for it in found)
     return bool(found and is_reliable and publisher.get_subscription_count())
+
+
+def settled(node: Node, topic: str) -> dict[str, int]:
+    """Returns the counts of both sides as soon as all that was sent has arrived."""
+    while True:
+        counts = book(node, topic)
+        if not counts["waiting"] and counts["sent"] == counts.get("app.received"):
+            return counts
 
 
 def subscribing(
@@ -145,7 +154,7 @@ def test_a_refused_topic_says_why_and_the_others_go_on(
     assert "absent_msgs" in refused["/chatter"]
 
 
-def test_nothing_comes_twice_over_link_cuts_and_latched_messages_come_again(
+def test_over_link_cuts_nothing_comes_twice_latched_messages_come_again_and_books_balance(
     node: Node, address: str, tmp_path: Path
 ) -> None:
     latched = node.create_publisher(String, "/map", LATCHED)
@@ -172,6 +181,8 @@ def test_nothing_comes_twice_over_link_cuts_and_latched_messages_come_again(
                 got.extend(next(messages) for _ in range(random.randrange(20)))
                 if cut < CUTS:
                     proxy.cut()
+            is_over.set()
+            counts = settled(node, "/chatter")
             headset.terminate()
             rest = headset.communicate()[0]
     finally:
@@ -184,4 +195,5 @@ def test_nothing_comes_twice_over_link_cuts_and_latched_messages_come_again(
         assert f"{topic}: {len(numbers)} messages" in rest
     counted = [int(json.loads(it.text)["data"]) for it in got if it.topic == "/chatter"]
     assert counted == sorted(set(counted))
+    assert counts["app.taken"] == counts["app.received"] == len(counted)
     assert {it.text for it in got if it.topic == "/map"} == {'{"data":"map"}'}
