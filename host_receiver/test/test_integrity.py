@@ -289,10 +289,17 @@ def test_texts_of_other_nodes_are_neither_configuration_nor_metadata(tmp_path: P
     assert found[IMAGES, "pairs with metadata"].verdict == "ok"
 
 
-def test_metadata_that_are_not_like_the_others_are_broken(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "text",
+    [
+        "no JSON",
+        '{"stamp": {"sec": 1000000000000000000000, "nanosec": 0}}',
+        '{"stamp": {"sec": -1e18, "nanosec": 1e300}}',
+    ],
+)
+def test_metadata_that_are_not_like_the_others_are_broken(tmp_path: Path, text: str) -> None:
     found = checks(
-        tmp_path,
-        damaged(METADATA, lambda n, it: it if n else replace(it, payload=string("no JSON"))),
+        tmp_path, damaged(METADATA, lambda n, it: it if n else replace(it, payload=string(text)))
     )
     assert found[METADATA, "messages"].figures == {"messages": 90, "broken": 1}
     assert found[METADATA, "messages"].verdict == "wrong"

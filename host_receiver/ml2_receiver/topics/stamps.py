@@ -46,7 +46,8 @@ def _first_transform_stamp(payload: bytes) -> int:
 
 def _json_stamp(payload: bytes) -> int:
     stamp = json.loads(decode_string(payload))["stamp"]
-    return int(stamp["sec"]) * _NANOS_PER_SECOND + int(stamp["nanosec"])
+    # Text can have numbers that no time of ROS has.
+    return _header_stamp(bytes(4) + _TIME.pack(int(stamp["sec"]), int(stamp["nanosec"])))
 
 
 _READERS: dict[str, Callable[[bytes], int]] = {
