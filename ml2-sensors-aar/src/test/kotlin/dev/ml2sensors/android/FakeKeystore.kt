@@ -2,13 +2,12 @@ package dev.ml2sensors.android
 
 import android.security.keystore.KeyGenParameterSpec
 import dev.ml2sensors.transport.DeviceIdentity
-import java.io.File
+import dev.ml2sensors.transport.TestIdentity
 import java.io.InputStream
 import java.io.OutputStream
 import java.security.Key
 import java.security.KeyPair
 import java.security.KeyPairGeneratorSpi
-import java.security.KeyStore
 import java.security.KeyStoreSpi
 import java.security.PrivateKey
 import java.security.Provider
@@ -26,12 +25,10 @@ import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.CopyOnWriteArrayList
 
 /**
- * The provider `AndroidKeyStore`, which Robolectric lacks. Its keys sign, but do not leave it.
- *
- * @param newPair makes a key and its certificate.
+ * The provider `AndroidKeyStore`, which Robolectric lacks. Its keys sign, but do not leave it. It generates those of
+ * [TestIdentity] in turn, since each key of its own would take a second.
  */
-internal class FakeKeystore(private val newPair: (subject: String) -> Pair<PrivateKey, Certificate> = ::keytool) :
-    Provider("AndroidKeyStore", "1", "in memory") {
+internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
     private val content: MutableMap<String, Pair<PrivateKey, Certificate>> = ConcurrentHashMap()
 
     /** The specifications of the keys that were made, in order. */
@@ -86,10 +83,10 @@ internal class FakeKeystore(private val newPair: (subject: String) -> Pair<Priva
 
         override fun generateKeyPair(): KeyPair {
             before("generateKeyPair")
-            val (key, certificate) = newPair(specification.certificateSubject.name)
-            content[specification.keystoreAlias] = Held(key) to certificate
+            val next = if (made.size % 2 == 0) TestIdentity.device else TestIdentity.other
+            add(specification.keystoreAlias, next)
             made += specification
-            return KeyPair(certificate.publicKey, key)
+            return KeyPair(next.certificate.publicKey, next.privateKey)
         }
     }
 
@@ -172,22 +169,5 @@ internal class FakeKeystore(private val newPair: (subject: String) -> Pair<Priva
     companion object {
         /** The product's calls, in their order; it generates a key if there is none. */
         val CALLS = listOf("load", "isKeyEntry", "generateKeyPair", "getKey", "getCertificate", "sign")
-
-        /** Returns a key and its certificate, which the JDK's tool makes. */
-        private fun keytool(subject: String): Pair<PrivateKey, Certificate> {
-            val file = File.createTempFile("key", ".p12").apply { delete() }
-            val arguments = listOf(
-                "${System.getProperty("java.home")}/bin/keytool", "-genkeypair", "-alias", "key", "-keyalg", "EC",
-                "-groupname", "secp256r1", "-dname", subject, "-storetype", "PKCS12", "-keystore", file.path,
-                "-storepass", "changeit",
-            )
-            val process = ProcessBuilder(arguments).redirectErrorStream(true).start()
-            val output = process.inputStream.bufferedReader().readText()
-            check(process.waitFor() == 0) { output }
-            val password = "changeit".toCharArray()
-            val store = KeyStore.getInstance(file, password)
-            file.delete()
-            return store.getKey("key", password) as PrivateKey to store.getCertificate("key")
-        }
     }
 }

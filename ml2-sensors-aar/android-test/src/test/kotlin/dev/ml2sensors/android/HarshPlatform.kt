@@ -24,7 +24,6 @@ import dev.ml2sensors.source.VideoOutput
 import dev.ml2sensors.source.VideoPacket
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
-import dev.ml2sensors.transport.TestIdentity
 import kotlinx.coroutines.flow.MutableStateFlow
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
@@ -86,7 +85,7 @@ internal class HarshPlatform(private val app: Application) {
     val networks = CopyOnWriteArrayList<FakeNsdManager>()
     var browser = nsdBrowser(app, ofNetwork)
         private set
-    val keystore = FakeKeystore { TestIdentity.device.run { privateKey to certificate } }
+    val keystore = FakeKeystore()
 
     /** True if the Keystore has returned the app's key when it was last asked. */
     var hasKey = false

@@ -7,7 +7,6 @@ import dev.ml2sensors.android.NeverReturns
 import dev.ml2sensors.android.SensorHub
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
-import dev.ml2sensors.transport.TestIdentity
 import org.junit.After
 import org.junit.Before
 import org.junit.Test
@@ -49,7 +48,7 @@ class UnityCloseTest {
         }
     }
 
-    private val keystore = FakeKeystore { TestIdentity.device.run { privateKey to certificate } }
+    private val keystore = FakeKeystore()
 
     @Before
     fun addKeystore() {
