@@ -17,7 +17,15 @@ _TRIED = {
         "test_pairing_listener",
         "test_secure_server",
     ),
-    "a paired headset": ("test_frame", "test_messages", "test_event_limit", "test_printable"),
+    "a paired headset": (
+        "test_frame",
+        "test_messages",
+        "test_event_limit",
+        "test_printable",
+        "test_app_rules",
+        "test_openings",
+        "test_ros_subscriptions",
+    ),
     "a receiver, to a headset": (
         "wire/PrintableTest",
         "session/DiscoveredReceiverTest",

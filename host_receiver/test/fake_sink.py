@@ -4,7 +4,7 @@ import threading
 from collections import defaultdict
 
 from ml2_receiver.errors import PublishError
-from ml2_receiver.session.downlink import Downlink, Outlet
+from ml2_receiver.session.downlink import Downlink, SubscriptionQueue
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.sink import Applied, Publish
 from ml2_receiver.table.stream_table import Topic
@@ -77,13 +77,13 @@ class FakeSink:
 class FakeGraph:
     """Opens every name, and keeps what comes; `bulk` decides the lane.
 
-    `outlets` has the subscriptions by id.
+    `queues` has the subscriptions by id.
     """
 
     def __init__(self) -> None:
         self.closed: list[int] = []
         self.received_numbers: list[tuple[int, int]] = []
-        self.outlets: dict[int, Outlet] = {}
+        self.queues: dict[int, SubscriptionQueue] = {}
 
     def resolve(self, wanted: Open) -> str:
         name = wanted.name or ""
@@ -93,7 +93,7 @@ class FakeGraph:
 
     def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
         if wanted.kind == "subscription":
-            self.outlets[wanted.id] = downlink.outlet(wanted, name)
+            self.queues[wanted.id] = downlink.queue(wanted, name)
         return Opened(wanted.id, "opened", name=name, lane="bulk_1" if wanted.bulk else "ros")
 
     def close(self, id: int) -> None:

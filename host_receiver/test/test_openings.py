@@ -10,7 +10,7 @@ import pytest
 from fake_sink import FakeGraph
 from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.errors import ErrorCode, ProtocolError
-from ml2_receiver.session.downlink import Book, Books, Downlink, Outlet
+from ml2_receiver.session.downlink import Book, Books, Downlink, SubscriptionQueue
 from ml2_receiver.session.openings import LANE_KINDS, Openings
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, FrameParser, Header
 from ml2_receiver.wire.json_body import JsonBody
@@ -216,13 +216,15 @@ class Lane:
         return self.numbers[first:]
 
 
-def outlet_of(downlink: Downlink, id: int = 1, name: str = "/scan", **more: Any) -> Outlet:
-    return downlink.outlet(Open(id, "subscription", name, "T", **more), name)
+def queue_of(
+    downlink: Downlink, id: int = 1, name: str = "/scan", **more: Any
+) -> SubscriptionQueue:
+    return downlink.queue(Open(id, "subscription", name, "T", **more), name)
 
 
-def put(outlet: Outlet, count: int, length: int = 8) -> None:
+def put(queue: SubscriptionQueue, count: int, length: int = 8) -> None:
     for _ in range(count):
-        outlet.put(PAYLOAD + bytes(length), 5)
+        queue.put(PAYLOAD + bytes(length), 5)
 
 
 @pytest.fixture
@@ -238,7 +240,7 @@ def balance(book: Book) -> dict[str, int]:
 
 
 def test_the_newest_message_takes_the_place_of_an_older_one(downlink: Downlink) -> None:
-    latest, every = outlet_of(downlink), outlet_of(downlink, 2, "/all", keep="all", depth=3)
+    latest, every = queue_of(downlink), queue_of(downlink, 2, "/all", keep="all", depth=3)
     put(latest, 5)
     put(every, 5)
     assert Lane(downlink).write(4) == [(1, 4), (2, 2), (2, 3), (2, 4)]
@@ -247,7 +249,7 @@ def test_the_newest_message_takes_the_place_of_an_older_one(downlink: Downlink) 
 
 
 def test_openings_take_turns_whatever_comes_meanwhile(downlink: Downlink) -> None:
-    busy, latest = outlet_of(downlink, keep="all", depth=100), outlet_of(downlink, 2, "/latest")
+    busy, latest = queue_of(downlink, keep="all", depth=100), queue_of(downlink, 2, "/latest")
     put(busy, 100)
     put(latest, 1)
     lane = Lane(downlink)
@@ -257,86 +259,86 @@ def test_openings_take_turns_whatever_comes_meanwhile(downlink: Downlink) -> Non
 
 
 def test_a_message_above_64_kib_is_too_large_and_leaves_a_gap(downlink: Downlink) -> None:
-    outlet = outlet_of(downlink, keep="all")
+    queue = queue_of(downlink, keep="all")
     most = ROS.max_payload_bytes - len(PAYLOAD)
     for length in (most, most + 1, most):
-        put(outlet, 1, length)
+        put(queue, 1, length)
     assert Lane(downlink).write(2) == [(1, 0), (1, 2)]
-    assert balance(outlet.book) == {"sent": 2, "too_large": 1}
+    assert balance(queue.book) == {"sent": 2, "too_large": 1}
 
 
 def test_queues_together_hold_16_mib(downlink: Downlink) -> None:
-    outlets = [outlet_of(downlink, id, f"/{id}", keep="all", depth=100) for id in range(1, 65)]
-    for outlet in outlets:
-        put(outlet, 100, ROS.max_payload_bytes - len(PAYLOAD))
-    waiting = sum(it.book.waiting for it in outlets)
+    queues = [queue_of(downlink, id, f"/{id}", keep="all", depth=100) for id in range(1, 65)]
+    for queue in queues:
+        put(queue, 100, ROS.max_payload_bytes - len(PAYLOAD))
+    waiting = sum(it.book.waiting for it in queues)
     assert waiting * ROS.max_payload_bytes == 16 << 20
-    assert sum(it.book.dropped["queue_full"] for it in outlets) == 6400 - waiting
+    assert sum(it.book.dropped["queue_full"] for it in queues) == 6400 - waiting
 
 
 def test_messages_beyond_max_hz_have_no_number(
     downlink: Downlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    outlet = outlet_of(downlink, keep="all", depth=100, max_hz=10)
+    queue = queue_of(downlink, keep="all", depth=100, max_hz=10)
     for millisecond in range(1000):
         monkeypatch.setattr(time, "monotonic", lambda at=millisecond: 100 + at / 1000)
-        put(outlet, 1)
-    assert outlet.book.produced == 10
+        put(queue, 1)
+    assert queue.book.produced == 10
 
 
 def test_what_waits_when_a_session_ends_is_lost_with_the_link(downlink: Downlink) -> None:
-    outlet = outlet_of(downlink, keep="all")
-    put(outlet, 3)
+    queue = queue_of(downlink, keep="all")
+    put(queue, 3)
     Lane(downlink).write(1)
     downlink.close(1, "link_down")
-    put(outlet, 1)
-    assert balance(outlet.book) == {"sent": 1, "link_down": 2}
-    assert [it.book for it in downlink.reports({})] == [outlet.book.copy()]
+    put(queue, 1)
+    assert balance(queue.book) == {"sent": 1, "link_down": 2}
+    assert [it.book for it in downlink.reports({})] == [queue.book.copy()]
 
 
 def test_a_message_that_cannot_be_written_is_lost_with_the_link(downlink: Downlink) -> None:
-    outlet, lane = outlet_of(downlink, keep="all"), Lane(downlink)
-    put(outlet, 2)
+    queue, lane = queue_of(downlink, keep="all"), Lane(downlink)
+    put(queue, 2)
     lane.is_broken = True
     assert lane.write(1) == []
-    assert balance(outlet.book) == {"waiting": 1, "link_down": 1}
+    assert balance(queue.book) == {"waiting": 1, "link_down": 1}
 
 
 def test_numbers_go_on_in_the_next_session_and_what_never_arrived_is_lost() -> None:
     books = Books()
     first, second, third = (Downlink(books) for _ in range(3))
-    put(outlet_of(first, keep="all"), 9)
+    put(queue_of(first, keep="all"), 9)
     Lane(first).write(9)
     first.close(1, "link_down")
-    outlet = outlet_of(second, keep="all", received=7)
-    assert balance(outlet.book) == {"sent": 7, "link_down": 2}
-    put(outlet, 1)
+    queue = queue_of(second, keep="all", received=7)
+    assert balance(queue.book) == {"sent": 7, "link_down": 2}
+    put(queue, 1)
     assert Lane(second).write(1) == [(1, 9)]
     second.close(1, "link_down")
-    again = outlet_of(third, keep="all", received=10)
+    again = queue_of(third, keep="all", received=10)
     assert balance(again.book) == {"sent": 8, "link_down": 2}
 
 
 def test_numbers_begin_where_a_headset_is_that_met_another_receiver() -> None:
     books = Books()
     first, second = Downlink(books), Downlink(books)
-    put(outlet_of(first, received=LAST), 3)
+    put(queue_of(first, received=LAST), 3)
     assert Lane(first).write(1) == [(1, 1)]
     first.close(1, "link_down")
-    put(outlet_of(second, received=1000), 1)
+    put(queue_of(second, received=1000), 1)
     assert Lane(second).write(1) == [(1, 1000)]
 
 
 def test_books_of_names_that_nobody_has_open_are_forgotten_in_the_end() -> None:
     books = Books()
     downlink = Downlink(books)
-    kept = outlet_of(downlink, 1, "/kept")
+    kept = queue_of(downlink, 1, "/kept")
     put(kept, 1)
     for id in range(2, 3000):
-        outlet_of(downlink, id, f"/{id}")
+        queue_of(downlink, id, f"/{id}")
         downlink.close(id, "closed")
     assert len(books) <= 257
-    assert outlet_of(downlink, 3000, "/kept").book is kept.book
+    assert queue_of(downlink, 3000, "/kept").book is kept.book
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -346,8 +348,8 @@ def test_the_book_of_whatever_happens_is_balanced(seed: int) -> None:
     for _ in range(40):
         downlink = Downlink(books)
         lane = Lane(downlink)
-        outlets = [
-            outlet_of(
+        queues = [
+            queue_of(
                 downlink,
                 id + 1,
                 f"/{id}",
@@ -358,14 +360,14 @@ def test_the_book_of_whatever_happens_is_balanced(seed: int) -> None:
         ]
         arrived: list[tuple[int, int]] = []
         for _ in range(chance.randrange(20)):
-            put(chance.choice(outlets), chance.randrange(15), chance.choice([8, 70_000]))
-            waiting = sum(it.book.waiting for it in outlets)
+            put(chance.choice(queues), chance.randrange(15), chance.choice([8, 70_000]))
+            waiting = sum(it.book.waiting for it in queues)
             if waiting and chance.random() < 0.5:
                 arrived += lane.write(chance.randrange(waiting) + 1)
         for id, number in arrived[: chance.randrange(len(arrived) + 1)]:
             assert number >= expected[id - 1]
             expected[id - 1] = number + 1
-        for outlet in outlets:
-            downlink.close(outlet.id, "link_down")
-            balance(outlet.book)
-            assert outlet.book.waiting == 0
+        for queue in queues:
+            downlink.close(queue.id, "link_down")
+            balance(queue.book)
+            assert queue.book.waiting == 0

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from ..session.downlink import Downlink, Outlet
+from ..session.downlink import Downlink, SubscriptionQueue
 from ..session.graph import refused
 from ..wire.frame import Frame
 from ..wire.opening_bodies import Open, Opened
@@ -60,18 +60,20 @@ class _Heard:
 
 
 class _Subscription:
-    """One subscription of rclpy for an outlet; another one follows when publishers change."""
+    """One subscription of rclpy for a queue; another one follows when publishers change."""
 
-    def __init__(self, outlet: Outlet, own: Described, qos: QoSProfile, heard: _Heard) -> None:
-        self.type, self.topic, self.qos = outlet.type, outlet.name, qos
-        self.outlet, self.own, self.heard = outlet, own, heard
+    def __init__(
+        self, queue: SubscriptionQueue, own: Described, qos: QoSProfile, heard: _Heard
+    ) -> None:
+        self.type, self.topic, self.qos = queue.type, queue.name, qos
+        self.queue, self.own, self.heard = queue, own, heard
 
     def take(self, payload: bytes, info: Mapping[str, int]) -> None:
         source_ns, number = info["source_timestamp"], info["publication_sequence_number"]
         if self.heard.is_new((source_ns, number)):
             if (missed := self.heard.missed(number)) > 0:
-                self.outlet.miss(missed)
-            self.outlet.put(plain(payload, self.own.layout), source_ns)
+                self.queue.miss(missed)
+            self.queue.put(plain(payload, self.own.layout), source_ns)
 
 
 class RosGraph:
@@ -122,10 +124,10 @@ class RosGraph:
             return refused(wanted, str(error), "layout")
         if (other := _other_type(own, publishers)) is not None:
             return refused(wanted, f"{name}: {other}", "type")
-        outlet = downlink.outlet(wanted, name)
+        queue = downlink.queue(wanted, name)
         heard = _Heard()
         heard.publishers = _identities(publishers)
-        subscription = _Subscription(outlet, own, _qos(publishers, outlet.depth), heard)
+        subscription = _Subscription(queue, own, _qos(publishers, queue.depth), heard)
         with self._lock:
             self._open[wanted.id] = subscription
             self._running().add(subscription)
@@ -160,7 +162,7 @@ class RosGraph:
         with self._lock:
             for subscription in self._open.values():
                 if subscription.topic == topic:
-                    subscription.outlet.ending = f"{topic}: {error}", "type"
+                    subscription.queue.ending = f"{topic}: {error}", "type"
 
     def _publishers(self, name: str) -> list[TopicEndpointInfo]:
         return list(self._ros.parameters.get_publishers_info_by_topic(name))
@@ -173,12 +175,12 @@ class RosGraph:
             publishers = self._publishers(old.topic)
             old.heard.publishers = _identities(publishers)
             if (other := _other_type(old.own, publishers)) is not None:
-                old.outlet.ending = f"{old.topic}: {other}", "type"
-            elif publishers and (qos := _qos(publishers, old.outlet.depth)) != old.qos:
+                old.queue.ending = f"{old.topic}: {other}", "type"
+            elif publishers and (qos := _qos(publishers, old.queue.depth)) != old.qos:
                 self._replace(id, old, qos)
 
     def _replace(self, id: int, old: _Subscription, qos: QoSProfile) -> None:
-        new = _Subscription(old.outlet, old.own, qos, old.heard)
+        new = _Subscription(old.queue, old.own, qos, old.heard)
         with self._lock:
             if self._open.get(id) is old:
                 self._open[id] = new

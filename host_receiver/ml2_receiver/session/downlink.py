@@ -127,7 +127,7 @@ class _Message(NamedTuple):
     number: int = 0
 
 
-class Outlet:
+class SubscriptionQueue:
     """Where the graph puts the messages of one subscription, from any thread.
 
     Attributes:
@@ -183,70 +183,70 @@ class Downlink:
     def __init__(self, books: Books) -> None:
         self.books = books
         self._changed = threading.Condition(books.lock)
-        self._outlets: dict[int, Outlet] = {}
-        self._last: list[Outlet] = []  # those that were open when the session ended
-        self._turns: deque[Outlet] = deque()  # those with messages
+        self._queues: dict[int, SubscriptionQueue] = {}
+        self._last: list[SubscriptionQueue] = []  # those that were open when the session ended
+        self._turns: deque[SubscriptionQueue] = deque()  # those with messages
         self._waiting_bytes = 0
         self.is_over = False
 
-    def outlet(self, wanted: Open, name: str) -> Outlet:
+    def queue(self, wanted: Open, name: str) -> SubscriptionQueue:
         """Returns where to put the messages of a subscription, until close()."""
-        outlet = Outlet(self, wanted, name)
+        queue = SubscriptionQueue(self, wanted, name)
         with self._changed:
-            self._outlets[outlet.id] = outlet
-        return outlet
+            self._queues[queue.id] = queue
+        return queue
 
-    def put(self, outlet: Outlet, message: _Message) -> None:
+    def put(self, queue: SubscriptionQueue, message: _Message) -> None:
         """Numbers a message, and queues it or counts why not."""
         with self._changed:
-            if not outlet.is_open:
+            if not queue.is_open:
                 return
-            book, waiting = outlet.book, outlet.waiting
+            book, waiting = queue.book, queue.waiting
             number, length = book.number(), len(message.payload)
             if length > ROS.max_payload_bytes:
                 book.dropped["too_large"] += 1
                 return
-            if len(waiting) == outlet.depth:
-                self._drop_oldest(outlet, "superseded" if outlet.is_latest else "queue_full")
+            if len(waiting) == queue.depth:
+                self._drop_oldest(queue, "superseded" if queue.is_latest else "queue_full")
             if self._waiting_bytes + length > _MOST_WAITING_BYTES:
                 book.dropped["queue_full"] += 1
             else:
                 self._waiting_bytes += length
                 waiting.append(message._replace(number=number))
-            if waiting and outlet not in self._turns:
-                self._turns.append(outlet)
+            if waiting and queue not in self._turns:
+                self._turns.append(queue)
                 self._changed.notify()
 
-    def _drop_oldest(self, outlet: Outlet, reason: str) -> None:
-        self._waiting_bytes -= len(outlet.waiting.popleft().payload)
-        outlet.book.dropped[reason] += 1
+    def _drop_oldest(self, queue: SubscriptionQueue, reason: str) -> None:
+        self._waiting_bytes -= len(queue.waiting.popleft().payload)
+        queue.book.dropped[reason] += 1
 
     def close(self, id: int, reason: str) -> None:
         """Ends an opening, if it is a subscription; what waits is dropped for this reason."""
         with self._changed:
-            outlet = self._outlets.pop(id, None)
-            if outlet is None:
+            queue = self._queues.pop(id, None)
+            if queue is None:
                 return
-            outlet.is_open = False
-            self.books.leave(outlet.book)
+            queue.is_open = False
+            self.books.leave(queue.book)
             if reason == "link_down":
-                self._last.append(outlet)
-            while outlet.waiting:
-                self._drop_oldest(outlet, reason)
+                self._last.append(queue)
+            while queue.waiting:
+                self._drop_oldest(queue, reason)
 
     def reports(self, counted: Mapping[str, SubscriptionStatus]) -> list[SubscriptionReport]:
         """Returns the subscriptions that are open, or were when the session ended."""
         with self._changed:
             return [
                 SubscriptionReport(it.id, it.name, it.type, it.book.copy(), counted.get(str(it.id)))
-                for it in (*self._outlets.values(), *self._last)
+                for it in (*self._queues.values(), *self._last)
             ]
 
     def endings(self) -> list[tuple[int, tuple[str, str]]]:
         """Returns the openings that the graph has ended, with the reasons and codes of CLOSED."""
         with self._changed:
-            outlets = self._outlets.values()
-            return [(it.id, it.ending) for it in outlets if it.ending is not None]
+            queues = self._queues.values()
+            return [(it.id, it.ending) for it in queues if it.ending is not None]
 
     def stop(self) -> None:
         """Ends write()."""
@@ -257,11 +257,11 @@ class Downlink:
     def write(self, send_all: Callable[[bytes], None]) -> None:
         """Sends what is put, until stop() or until the connection is broken."""
         while (taken := self._take()) is not None:
-            outlet, message = taken
+            queue, message = taken
             frame = encode_frame(
                 Kind.MESSAGE,
                 message.payload,
-                channel=outlet.id,
+                channel=queue.id,
                 sequence=message.number,
                 capture_ns=message.source_ns,
                 send_ns=time.time_ns(),
@@ -270,23 +270,23 @@ class Downlink:
                 send_all(frame)
             except OSError:  # which the reader of the lane notices
                 with self._changed:
-                    outlet.book.dropped["link_down"] += 1
+                    queue.book.dropped["link_down"] += 1
                 return
             with self._changed:
-                outlet.book.wrote(message.number)
+                queue.book.wrote(message.number)
 
-    def _take(self) -> tuple[Outlet, _Message] | None:
+    def _take(self) -> tuple[SubscriptionQueue, _Message] | None:
         with self._changed:
             while not self.is_over:
                 if not self._turns:
                     self._changed.wait()
                     continue
-                outlet = self._turns.popleft()
-                if not outlet.waiting:
+                queue = self._turns.popleft()
+                if not queue.waiting:
                     continue
-                message = outlet.waiting.popleft()
+                message = queue.waiting.popleft()
                 self._waiting_bytes -= len(message.payload)
-                if outlet.waiting:
-                    self._turns.append(outlet)
-                return outlet, message
+                if queue.waiting:
+                    self._turns.append(queue)
+                return queue, message
             return None

@@ -14,7 +14,7 @@ class Graph(Protocol):
         """Returns the full name that the app means; raises ValueError if it is no name."""
 
     def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
-        """Opens the resolved name, and returns the answer; messages go into an outlet."""
+        """Opens the resolved name, and returns the answer; messages go into a queue."""
 
     def close(self, id: int) -> None:
         """Ends an opening; nothing of it is sent any more."""
