@@ -198,9 +198,7 @@ def _qos(publishers: list[TopicEndpointInfo], depth: int) -> QoSProfile:
     is_latched = all(it.durability == DurabilityPolicy.TRANSIENT_LOCAL for it in of_all)
     return QoSProfile(
         depth=max(depth, _LEAST_DEPTH),
-        reliability=ReliabilityPolicy.RELIABLE
-        if of_all and is_reliable
-        else ReliabilityPolicy.BEST_EFFORT,
+        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL
         if of_all and is_latched
         else DurabilityPolicy.VOLATILE,
