@@ -448,6 +448,6 @@ def test_the_row_of_a_subscription_has_what_the_app_counts(app: MockDevice, node
 
     await_true(lambda: "app.received" in counts())
     found = counts()
-    assert (found["id"], found["type"]) == ("3", STRING)
+    assert (found["id"], found["message_type"]) == ("3", STRING)
     expected = {f"app.{what}": str(count) for what, count in vars(counted).items()}
     assert expected.items() <= found.items()

@@ -125,6 +125,27 @@ def test_losses_of_the_last_10_s_are_told_from_those_before() -> None:
     assert world == {"topic": WORLD, "recent": 1, "all": 9}
 
 
+def test_subscriptions_of_apps_are_listed_and_are_no_topics_of_the_headset() -> None:
+    counts = {"produced": "20", "sent": "9", "dropped.superseded": "4", "missed": "1"}
+    dropped = {"dropped.queue_full": "2", "dropped.too_large": "3", "dropped.link_down": "1"}
+    name = f"subscription {WORLD}"
+    row = {"id": "1", "message_type": "sensor_msgs/msg/Image", **counts, **dropped}
+    state = state_of(ROWS | {name: row}, {name: 1}, {}, "")
+    assert state["subscriptions"] == [
+        {
+            "topic": WORLD,
+            "type": "sensor_msgs/msg/Image",
+            "sent": "9",
+            "superseded": "4",
+            "lost": "7",
+        }
+    ]
+    before = state_of(ROWS, {}, {}, "")
+    assert before["subscriptions"] == []
+    assert (state["streams"], state["losses"]) == (before["streams"], before["losses"])
+    assert name in [it["row"] for it in state["warnings"]]
+
+
 def test_a_late_message_does_not_raise_the_rate_above_what_is_asked() -> None:
     row = {**ROWS[WORLD], "rate_hz": "34.0", "expected_hz": "30"}
     (stream,) = state_of(ROWS | {WORLD: row}, {}, {}, "")["streams"]

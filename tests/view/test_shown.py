@@ -79,6 +79,19 @@ def test_losses_are_those_of_the_last_10_s_until_all_are_asked_for(
     expect(losses.get_by_role("row").nth(1)).to_have_text(f"{_GYRO}0301")
 
 
+def test_what_the_app_subscribes_to_is_listed_until_nothing_is(page: Page, served: Served) -> None:
+    shown = page.locator("#subscriptions")
+    expect(shown).to_be_hidden()
+    counts = {"sent": "9", "dropped.superseded": "4", "missed": "1", "message": "lost messages: 1"}
+    row = {"message_type": "std_msgs/msg/<b>", **counts}
+    served.source.report(ROWS | {"subscription /said": row})
+    expect(shown.locator("summary")).to_have_text("the app subscribes to 1 topic of ROS")
+    shown.locator("summary").press("Enter")
+    expect(shown.get_by_role("row").nth(1)).to_have_text("/saidstd_msgs/msg/<b>941")
+    served.source.report(ROWS)
+    expect(shown).to_be_hidden()
+
+
 def test_the_stages_of_latency_add_up_and_the_rate_is_not_above_what_is_asked(
     page: Page, served: Served
 ) -> None:

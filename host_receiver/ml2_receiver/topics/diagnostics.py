@@ -253,7 +253,7 @@ def _subscription(report: SubscriptionReport) -> Row:
     counts |= {f"dropped.{reason}": count for reason, count in book.dropped.items()}
     counts |= {"missed": book.missed}
     counts |= {f"app.{what}": count for what, count in vars(device).items()} if device else {}
-    values = {"id": str(report.id), "type": report.type}
+    values = {"id": str(report.id), "message_type": report.type}
     values |= {what: str(count) for what, count in counts.items()}
     lost = book.missed + book.dropped.total() - book.dropped["superseded"] - book.dropped["closed"]
     level, message = (Level.WARN, f"{LOST}: {lost}") if lost else (Level.OK, ALL_ARRIVED)

@@ -1,4 +1,4 @@
-"""Counts the messages that topics have lost in the last seconds."""
+"""Counts the messages that topics have lost in the last seconds, and those to apps."""
 
 from __future__ import annotations
 
@@ -6,10 +6,14 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
+from ml2_receiver.topics.diagnostics import SUBSCRIPTION
+
 from ..monitoring.topic_table import Rows, topic_figures
 
 _RECENT_S = 10.0
 _MOST_LISTED = 100
+# What a subscription loses; a newer message may supersede one, and an app may close it.
+_LOST = ("missed", "dropped.queue_full", "dropped.too_large", "dropped.link_down")
 
 
 class RecentLosses:
@@ -43,3 +47,18 @@ def losses_of(figures: Mapping[str, Any], recent: Mapping[str, int]) -> list[dic
         if it["lost"]
     ]
     return sorted(found, key=lambda it: (-it["recent"], -it["all"], it["topic"]))[:_MOST_LISTED]
+
+
+def subscriptions_of(rows: Rows) -> list[dict[str, Any]]:
+    """Returns what apps on the headset subscribe to, with counts, for JSON."""
+    return [
+        {
+            "topic": name.removeprefix(SUBSCRIPTION),
+            "type": values.get("message_type", ""),
+            "sent": values.get("sent", ""),
+            "superseded": values.get("dropped.superseded", "0"),
+            "lost": str(sum(int(values[it]) for it in _LOST if values.get(it, "").isdecimal())),
+        }
+        for name, values in rows.items()
+        if name.startswith(SUBSCRIPTION)
+    ]

@@ -16,7 +16,7 @@ from ml2_receiver.topics.judgement import read_judgements
 
 from ..images.image_topic import image_topics
 from ..monitoring.topic_table import Rows, number_of, topic_figures
-from .losses import losses_of
+from .losses import losses_of, subscriptions_of
 
 type Levels = Mapping[str, int]
 
@@ -126,6 +126,7 @@ def state_of(
             *_unknown_types(rows),
         ],
         "losses": losses_of(figures, recent),
+        "subscriptions": subscriptions_of(rows),
     }
 
 
@@ -161,6 +162,7 @@ def recorded_state(
         "applied": {},
         "warnings": [],
         "losses": [],
+        "subscriptions": [],
     }
 
 

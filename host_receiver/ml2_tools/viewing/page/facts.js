@@ -1,4 +1,4 @@
-// The facts about the headset at the top of the page, and under them warnings, lost messages and the log.
+// The facts about the headset at the top of the page, and under them warnings, lost messages, subscriptions and the log.
 import { element, setText } from "./elements.js";
 import { timeOfDay } from "./timeline.js";
 
@@ -8,11 +8,12 @@ export class Facts {
   #facts = document.getElementById("facts");
   #warnings = document.getElementById("warnings");
   #losses = document.getElementById("losses");
+  #subscriptions = document.getElementById("subscriptions");
   #shown = "";
 
-  show({ facts, warnings, losses }) {
+  show({ facts, warnings, losses, subscriptions }) {
     // Elements that stay keep the reader's selection and place.
-    const now = JSON.stringify([facts, warnings, losses]);
+    const now = JSON.stringify([facts, warnings, losses, subscriptions]);
     if (now === this.#shown) return;
     this.#shown = now;
     this.#facts.replaceChildren(
@@ -27,6 +28,7 @@ export class Facts {
       }),
     );
     this.#showLosses(losses);
+    this.#showSubscriptions(subscriptions);
   }
 
   #showLosses(losses) {
@@ -37,9 +39,20 @@ export class Facts {
     const summary = this.#losses.querySelector("summary");
     summary.className = count ? "level-1" : "quiet";
     setText(summary, `lost in the last 10 s: ${words}`);
-    const cells = (it) => [it.topic, it.recent, it.all].map((cell) => element("td", "", String(cell)));
-    this.#losses.querySelector("tbody").replaceChildren(...losses.map((it) => element("tr", "", ...cells(it))));
+    fill(this.#losses, losses.map((it) => [it.topic, it.recent, it.all]));
   }
+
+  #showSubscriptions(subscriptions) {
+    this.#subscriptions.hidden = !subscriptions.length;
+    const words = `the app subscribes to ${counted(subscriptions.length, "topic")} of ROS`;
+    setText(this.#subscriptions.querySelector("summary"), words);
+    fill(this.#subscriptions, subscriptions.map((it) => [it.topic, it.type, it.sent, it.superseded, it.lost]));
+  }
+}
+
+function fill(details, rows) {
+  const cells = (row) => row.map((cell) => element("td", "", String(cell)));
+  details.querySelector("tbody").replaceChildren(...rows.map((row) => element("tr", "", ...cells(row))));
 }
 
 function counted(count, noun) {
