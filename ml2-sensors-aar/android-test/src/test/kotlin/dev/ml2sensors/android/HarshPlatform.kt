@@ -204,9 +204,10 @@ internal class HarshPlatform(private val app: Application) {
         broadcast()
     }
 
-    /** Asks for the app's key as a session does, and only briefly while the Keystore does not answer. */
+    /** Asks for the app's key unless there is one, as a session does; only briefly while the Keystore does not answer. */
     fun askForKey() {
         val isHeld = FakeKeystore.CALLS.any { NeverReturns.isHeld("KeyStore.$it") }
+        if (hasKey && !isHeld) return
         hasKey = try {
             AndroidKeys.of(app, if (isHeld) 1.milliseconds else TEST_LIMIT).identity
             check(keystore.aliases.size == 1) { "the Keystore has the keys ${keystore.aliases}" }
