@@ -8,8 +8,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 benchmark=ml2-sensors-aar/benchmark/target
 mkdir -p build/bench
 cut -d' ' -f1 /proc/loadavg >build/bench/load_average_before.txt
-echo "[1/15] sender: encode and gathering write against a bare gathering write (JMH, a minute)"
-java -cp "$benchmark/*:$benchmark/lib/*" dev.ml2sensors.benchmark.MainKt build/bench/sender.json >build/bench/sender.log
+echo "[1/15] sender: encode and gathering write against a bare gathering write; receiving: decoding a point cloud (JMH, a minute)"
+java -cp "$benchmark/*:$benchmark/lib/*" dev.ml2sensors.benchmark.MainKt build/bench/sender.json build/bench/decoder.json >build/bench/sender.log
 echo "[2/15] sender: TLS against plaintext"
 java -cp "$benchmark/*:$benchmark/lib/*" dev.ml2sensors.benchmark.TlsKt build/bench/sender_tls.json >build/bench/sender_tls.log
 echo "[3/15] capture: native frame to socket against one copy and one gathering write (20 s)"
