@@ -5,8 +5,8 @@ import java.io.IOException
 import java.math.BigDecimal
 
 /**
- * Reads a `data.csv`: comma-separated fields, in quotes or not, the first a time in ns. Lines that begin with `#` are comments. The first
- * other line may name the columns. Columns behind the first [columns] are ignored.
+ * Reads a `data.csv`: fields in quotes or not, the first a time in ns. Commas separate them; in a line without any,
+ * semicolons, else blanks. Lines that begin with `#` are comments. The first other line may name the columns. Columns behind the first [columns] are ignored.
  */
 internal class CsvTable(private val file: File, private val columns: Int) {
     class Row(private val file: File, val line: Int, private val fields: List<String>) {
@@ -55,7 +55,8 @@ internal class CsvTable(private val file: File, private val columns: Int) {
     private fun fields(line: String): List<String>? {
         val text = line.trim()
         if (text.isEmpty() || text.startsWith('#')) return null
-        return text.split(',').map { it.trim().removeSurrounding("\"") }.dropLastWhile(String::isEmpty)
+        val separator = SEPARATORS.firstOrNull { it.containsMatchIn(text) } ?: return listOf(text)
+        return text.split(separator).map { it.trim().removeSurrounding("\"") }.dropLastWhile(String::isEmpty)
     }
 
     private fun List<String>.isHeader(): Boolean = none { it.toDoubleOrNull() != null }
@@ -67,6 +68,8 @@ internal class CsvTable(private val file: File, private val columns: Int) {
 
     private companion object {
         const val BYTE_ORDER_MARK = "\uFEFF"
+
+        val SEPARATORS = listOf(Regex(","), Regex(";"), Regex("\\s+"))
 
         /** Takes what some programs write for an integer, such as 1.5e18 or 15.0, if it is one. */
         fun wholeNumber(text: String): Long? = text.toLongOrNull() ?: try {

@@ -45,16 +45,22 @@ internal class RecordedCamera(val images: List<Image>, val rateHz: Int, private 
             val table = folder.resolve("data.csv")
             val data = folder.resolve("data")
             val rows = CsvTable(table, columns = 2).rows(notes)
-            val (found, missing) = rows.partition { data.resolve(it.text(1)).isFile }
+
+            fun file(row: CsvTable.Row): File = row.text(1).let { name ->
+                // Some name the image with its folder, or without its ending.
+                listOf(name, name.substringAfterLast('/'), "$name.png").map(data::resolve).firstOrNull(File::isFile)
+                    ?: data.resolve(name)
+            }
+            val (found, missing) = rows.partition { file(it).isFile }
             if (found.isEmpty()) throw missing.first().error("an image data/${missing.first().text(1)}", "no such file")
             missing.firstOrNull()?.let {
                 val count = "${missing.size} of ${rows.size}"
                 notes += "$table:${it.line}: no file ${it.text(1)} in data; images left out: $count"
             }
-            val listed = rows.mapTo(HashSet()) { it.text(1) }
+            val listed = rows.mapTo(HashSet()) { file(it).name }
             val unlisted = data.list().orEmpty().count { it !in listed && !it.startsWith('.') }
             if (unlisted > 0) notes += "$data: files left out because they have no row in data.csv: $unlisted"
-            return found.map { Image(it.stampNanos, data.resolve(it.text(1))) }
+            return found.map { Image(it.stampNanos, file(it)) }
         }
     }
 }

@@ -39,6 +39,11 @@ class ForeignRecordingTest {
         "no line end at the end" to { it.edit("cam0/data.csv") { text -> text.trimEnd() } },
         "empty lines" to { it.edit("cam0/data.csv") { text -> text.replace("\r\n", "\r\n\r\n") } },
         "spaces behind commas" to { it.edit(TRUTH) { text -> text.replace(",", ", ") } },
+        "semicolons" to { it.edit(TRUTH) { text -> text.replace(",", ";") } },
+        "tabs" to { it.edit("imu0/data.csv") { text -> text.replace(",", "\t") } },
+        "blanks" to { it.edit("cam0/data.csv") { text -> text.replace(",", "  ") } },
+        "images with their folder" to { it.edit("cam0/data.csv") { text -> text.replace(",1", ",cam0/data/1") } },
+        "images without their ending" to { it.edit("cam0/data.csv") { text -> text.replace(".png", "") } },
         "eight columns of ground truth" to { it.edit(TRUTH) { text -> text.columns(8) } },
         "eleven columns of ground truth" to { it.edit(TRUTH) { text -> text.columns(11) } },
         "quotes around all fields" to {
