@@ -98,7 +98,7 @@ internal class Camera2Source(
     override fun close(): Unit = access.close()
 
     private fun camera(stream: StreamSpec, values: StreamValues): ColorCamera =
-        ofCamera2("Android cannot describe its cameras") {
+        ofAndroid("Android cannot describe its cameras") {
             val listed = cameraManager.cameraIdList
             val wanted = CAMERAS.getValue(stream).sortedBy { it != values.cameraId?.toString() }
             val id = wanted.firstOrNull { it in listed } ?: throw SourceException(

@@ -88,7 +88,7 @@ internal class CameraConnection(
         closed.complete(Unit)
     }
 
-    private inline fun <T> accessing(access: () -> T): T = ofCamera2("camera $id cannot be used", access)
+    private inline fun <T> accessing(access: () -> T): T = ofAndroid("camera $id cannot be used", access)
 
     private fun nameOf(error: Int) =
         when (error) {
@@ -108,18 +108,4 @@ internal class CameraConnection(
         override fun onConfigureFailed(session: CameraCaptureSession) =
             fail(SourceException("camera $id refused the capture configuration"))
     }
-}
-
-/**
- * Returns the result of a [call] of Camera2, which throws more kinds of exceptions than are documented: all but a
- * SecurityException, which [PermissionCheckedSource] explains, become a SourceException with this [complaint].
- */
-internal inline fun <T> ofCamera2(complaint: String, call: () -> T): T = try {
-    call()
-} catch (e: SourceException) {
-    throw e
-} catch (e: SecurityException) {
-    throw e
-} catch (e: Exception) {
-    throw SourceException("$complaint: ${e.message ?: e.javaClass.simpleName}", e)
 }

@@ -57,3 +57,17 @@ internal class PermissionCheckedSource(private val context: Context, private val
 }
 
 private fun denial(permission: String) = "permission $permission is not granted"
+
+/**
+ * Returns the result of a [call] of Android, which throws more kinds of exceptions than are documented: all but a
+ * SecurityException, which [PermissionCheckedSource] explains, become a SourceException with this [complaint].
+ */
+internal inline fun <T> ofAndroid(complaint: String, call: () -> T): T = try {
+    call()
+} catch (e: SourceException) {
+    throw e
+} catch (e: SecurityException) {
+    throw e
+} catch (e: Exception) {
+    throw SourceException("$complaint: ${e.message ?: e.javaClass.simpleName}", e)
+}

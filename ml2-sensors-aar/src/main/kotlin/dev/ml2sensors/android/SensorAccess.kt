@@ -36,7 +36,8 @@ internal class SensorAccess(private val calls: PlatformCalls = PlatformCalls()) 
         use { ending ->
             val queue = SampleQueue(QUEUED_READINGS)
             val call = "Android's registration of $what"
-            val registration = calls.call(call, late = AutoCloseable::close) { register(queue) }
+            val registration =
+                ofAndroid("$call failed") { calls.call(call, late = AutoCloseable::close) { register(queue) } }
             val closing = ending.invokeOnCompletion { queue.close(cause = null) }
             try {
                 queue.deliverTo(this)

@@ -131,6 +131,7 @@ internal class SensorHub(private val sensorManager: SensorManager) {
             @Implementation
             fun nativeEnableSensor(queue: Long, handle: Int, periodMicros: Int, latencyMicros: Int): Int {
                 NeverReturns.pass("SensorManager.registerListener")
+                failure?.let { throw it }
                 if (refuses) return FAILED
                 val it = queues.getValue(queue)
                 it.isLeft = Thread.currentThread() in NeverReturns.givenUp
@@ -158,6 +159,7 @@ internal class SensorHub(private val sensorManager: SensorManager) {
                 NeverReturns.reset()
                 queues.clear()
                 refuses = false
+                failure = null
             }
         }
     }
@@ -167,7 +169,11 @@ internal class SensorHub(private val sensorManager: SensorManager) {
         private val handles = AtomicLong()
         private val queues = ConcurrentHashMap<Long, Queue>()
 
-        /** Whether sensors do not start. */
+        /** The exception that a registration throws. */
+        @Volatile
+        var failure: RuntimeException? = null
+
+        /** True while sensors do not start. */
         var refuses = false
 
         private fun handleOf(sensor: Sensor) = ReflectionHelpers.getField<Int>(sensor, "mHandle")

@@ -263,6 +263,18 @@ class SensorManagerSourceTest {
     }
 
     @Test
+    fun whateverARegistrationThrowsFailsItsFlowWithAType() = runBlocking {
+        hub.add(Sensor.TYPE_LIGHT, "Ambient Light Sensor")
+        for (thrown in listOf(IllegalStateException("too many"), NullPointerException(null))) {
+            SensorHub.failure = thrown
+            source.samples(StreamTable.lightSensor, StreamValues()).test {
+                val expected = "Android's registration of light_sensor failed: ${thrown.message ?: "NullPointerException"}"
+                assertEquals(expected, assertIs<SourceException>(awaitError()).message)
+            }
+        }
+    }
+
+    @Test
     fun aSlowCollectorLosesReadingsThatAreCountedAndNoOthers() = runBlocking {
         val sensor = hub.add(Sensor.TYPE_GYROSCOPE, "Headset Left Gyroscope Sensor")
         val started = CompletableDeferred<Unit>()
