@@ -7,7 +7,7 @@ import functools
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from cyclonedds.idl import make_idl_struct
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
+from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from configurations import only
@@ -41,6 +42,7 @@ from test_msgs.message_fixtures import get_test_msg  # type: ignore[import-untyp
 
 from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.layout import described, plain
 from ml2_receiver.topics.plain_messages import status_name
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Error
@@ -227,6 +229,10 @@ def test_latched_messages_come_again_in_each_session_and_nothing_twice(
         (subscription(1, "no name"), "name", ["no name"]),
         (subscription(1, "/said", hash="RIHS01_00"), "layout", ["RIHS01_00", STRING_HASH]),
         (subscription(1, "/said", layout="4"), "layout", [" 4,", " s"]),
+        (subscription(1, "n" * 255), "name", ["nnn"]),
+        (subscription(1, "/said", "std_msgs/msg/" + "n" * 240), "type", ["nnn"]),
+        (subscription(1, "/said", layout="\0" * 600), "layout", [" s"]),
+        (subscription(1, "/said", hash="\0" * 600), "layout", [STRING_HASH]),
         (subscription(1, "/said", bulk=True), None, ["large"]),
         (subscription(1, "/rosout", "rcl_interfaces/msg/Log"), "rules", ["/rosout"]),
         (Open(1, "client", "/said", "std_srvs/srv/Trigger"), "rules", ["app.call"]),
@@ -245,6 +251,32 @@ def test_an_equal_type_is_found_by_hash_or_layout(app: MockDevice) -> None:
     assert app.open(subscription(1, "/said", hash=STRING_HASH)).checked == "hash"
     assert app.open(subscription(2, "/said", layout="s")).checked == "layout"
     assert app.open(subscription(3, "/said")).checked == "no"
+
+
+def of_rosbags(message: Any, type: str) -> Any:
+    """A message of rclpy, which writes bytes behind it that rosbags does not take."""
+    data = serialize_message(message)
+    for behind in range(200):
+        with suppress(SerdeError):
+            return rosbags_types().deserialize_cdr(data[: len(data) - behind], type)
+    raise AssertionError(type)
+
+
+def test_big_endian_messages_become_what_rosbags_writes() -> None:
+    for name in TEST_TYPES:
+        type = f"test_msgs/msg/{name}"
+        if name == "WStrings":  # which rosbags does not know
+            continue
+        own = described(type)
+        for each in get_test_msg(name):
+            made = of_rosbags(each, type)
+            big, little = (
+                bytes(rosbags_types().serialize_cdr(made, type, little_endian=is_little))
+                for is_little in (False, True)
+            )
+            assert plain(big, own.layout) == little, type
+            with pytest.raises(ValueError, match="ends before"):
+                plain(big[:-1], own.layout)
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
+from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from ..session.downlink import Downlink, SubscriptionQueue
 from ..session.graph import refused
@@ -20,6 +21,7 @@ from .raw_taker import RawTaker
 from .real_time import steady_timer
 
 _FOLLOW_S = 0.5
+_LONGEST_NAME = 255
 _LEAST_DEPTH = 10
 # What a subscription that replaces another one may get again.
 _REMEMBERED = 1000
@@ -103,9 +105,13 @@ class RosGraph:
 
     def resolve(self, wanted: Open) -> str:
         try:
-            return self._ros.remapped(wanted.name or "")
+            name = self._ros.remapped(wanted.name or "")
+            validate_full_topic_name(name)
         except Exception as error:  # of several types
             raise ValueError(f"{wanted.name!r} is no name of ROS: {error}") from error
+        if len(name) > _LONGEST_NAME:
+            raise ValueError(f"{name!r} has more than {_LONGEST_NAME} characters")
+        return name
 
     def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
         if wanted.kind != "subscription":

@@ -24,9 +24,11 @@ from rosidl_parser.definition import (
     NamespacedType,
 )
 
+from ..printable import printable
 from ..topics.message_types import message_class
 from ..wire.frame import CDR_ENCAPSULATION
 
+_MOST_CHARACTERS = 150
 _NUMBERS = {
     "boolean": "b",
     "float": "f",
@@ -65,6 +67,7 @@ class Described:
         return "layout" if layout else "no"
 
     def _different(self, found: str, own: str) -> DifferentError:
+        found, own = printable(found, _MOST_CHARACTERS), printable(own, _MOST_CHARACTERS)
         return DifferentError(f"the app's {self.type} is {found}, this receiver's is {own}")
 
 

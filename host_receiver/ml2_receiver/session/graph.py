@@ -2,9 +2,12 @@
 
 from typing import Protocol
 
+from ..printable import printable
 from ..wire.frame import Frame
 from ..wire.opening_bodies import Open, Opened
 from .downlink import Downlink
+
+_MOST_CHARACTERS = 500
 
 
 class Graph(Protocol):
@@ -25,4 +28,9 @@ class Graph(Protocol):
 
 def refused(wanted: Open, reason: str, code: str | None = None) -> Opened:
     """Returns the answer that refuses an opening; PROTOCOL.md has the codes."""
-    return Opened(wanted.id, "refused", reason=reason, code=code)
+    return Opened(wanted.id, "refused", reason=in_words(reason), code=code)
+
+
+def in_words(reason: str) -> str:
+    """Returns a reason as OPENED and CLOSED have it: it may quote the app or another node."""
+    return printable(reason, _MOST_CHARACTERS)

@@ -11,7 +11,7 @@ from ..wire.kinds import KIND_BY_NUMBER, ROS, Body, Kind
 from ..wire.messages import AllowedUses, Status
 from ..wire.opening_bodies import OPENING_KINDS, Close, Closed, Failure, Open, Opened
 from .downlink import Downlink
-from .graph import Graph, refused
+from .graph import Graph, in_words, refused
 from .report import OpeningsReport
 
 _MOST_OPENINGS = 64
@@ -140,7 +140,7 @@ class Openings:
                 return None
             del self._live[id]
         self._close(id, "closed")
-        return Closed(id, reason, code)
+        return Closed(id, in_words(reason), code)
 
     def _close(self, id: int, reason: str) -> None:
         self._graph.close(id)
