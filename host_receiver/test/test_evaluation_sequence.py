@@ -8,6 +8,7 @@ import pytest
 
 from bags import write_bag
 from ml2_receiver.topics.plain_messages import encode_string
+from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation.sequence import read_sequence
 from wall_walk import (
@@ -68,12 +69,26 @@ def test_another_camera_is_not_in_it(bag: Path) -> None:
         read_sequence(bag, "world_right")
 
 
-def test_a_payload_that_is_no_image_is_told(tmp_path: Path, bag: Path) -> None:
-    from ml2_tools.bags.bag_reader import BagReader
-
-    config = (f"{PREFIX}/config", 0, encode_string('{"headset":"h","session":"s","streams":{}}'))
-    rest = [(it.topic, it.time_ns, it.payload) for it in BagReader(bag).messages()]
-    cut = [(at, ns, it[:60] if at == IMAGE else it) for at, ns, it in rest if at != config[0]]
-    write_bag(tmp_path / "bag", TYPES, [config, *cut])
+@pytest.mark.parametrize("size", [60, 10, 0])
+def test_a_payload_that_is_no_image_is_told(tmp_path: Path, bag: Path, size: int) -> None:
+    cut = [(at, ns, it[:size] if at == IMAGE else it) for at, ns, it in messages_of(bag)]
+    write_bag(tmp_path / "bag", TYPES, cut)
     with pytest.raises(EvaluationError, match=IMAGE):
         list(read_sequence(tmp_path / "bag", CAMERA).images())
+
+
+def test_metadata_that_are_no_object_count_no_image(tmp_path: Path, bag: Path) -> None:
+    found = messages_of(bag)
+    last_ns = found[-1][1]
+    write_bag(
+        tmp_path / "bag",
+        TYPES,
+        [*found, (f"{PREFIX}/{CAMERA}/metadata", last_ns, encode_string("[1]"))],
+    )
+    assert read_sequence(tmp_path / "bag", CAMERA).images_sent == COUNT
+
+
+def messages_of(bag: Path) -> list[tuple[str, int, bytes]]:
+    config = (f"{PREFIX}/config", 0, encode_string('{"headset":"h","session":"s","streams":{}}'))
+    rest = [(it.topic, it.time_ns, it.payload) for it in BagReader(bag).messages()]
+    return [config, *(it for it in rest if it[0] != config[0])]

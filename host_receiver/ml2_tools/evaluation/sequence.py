@@ -90,12 +90,16 @@ def read_sequence(bag: Path, camera: str, headset: str | None = None) -> Sequenc
 
     Raises:
         RecordingError: the file is not a recording of this receiver.
-        EvaluationError: images, camera_info or poses of the camera are missing.
+        EvaluationError: images, camera_info or poses of the camera are missing, or an image has no
+            stamp.
     """
     reader = BagReader(bag, headset)
     parts = Parts(reader.prefix, camera, reader.types.get)
     for message in reader.messages():
-        parts.take(message.topic, message.payload)
+        try:
+            parts.take(message.topic, message.payload)
+        except ValueError as error:
+            raise EvaluationError(f"{bag}: {message.topic}: {error}") from error
     return replace(parts.sequence(bag), left_out=reader.left_out, apart=reader.apart)
 
 
@@ -130,7 +134,11 @@ class Parts:
         return len(self._stamps_ns)
 
     def take(self, topic: str, payload: bytes) -> None:
-        """Adds a message of any topic."""
+        """Adds a message of any topic.
+
+        Raises:
+            ValueError: it is an image without a stamp.
+        """
         if topic == self.image:
             self._stamps_ns.append(self._read_stamp(payload))
         elif topic in self._payloads:
@@ -195,6 +203,6 @@ def _poses(payloads: dict[str, list[bytes]], camera: str, frame: str) -> Traject
 
 def _captures(metadata: list[str]) -> int:
     """Returns the number of captures by frame numbers, with lost ones; 0 without frame numbers."""
-    numbers = [json.loads(it).get("frame_number") for it in metadata]
-    counted = [number for number in numbers if isinstance(number, int)]
+    objects = [found for it in metadata if isinstance(found := json.loads(it), dict)]
+    counted = [number for it in objects if isinstance(number := it.get("frame_number"), int)]
     return max(counted) - min(counted) + 1 if counted else 0
