@@ -268,8 +268,9 @@ class SensorManagerSourceTest {
         for (thrown in listOf(IllegalStateException("too many"), NullPointerException(null))) {
             SensorHub.failure = thrown
             source.samples(StreamTable.lightSensor, StreamValues()).test {
-                val expected = "Android's registration of light_sensor failed: ${thrown.message ?: "NullPointerException"}"
-                assertEquals(expected, assertIs<SourceException>(awaitError()).message)
+                val said = thrown.message ?: "NullPointerException"
+                val failure = assertIs<SourceException>(awaitError())
+                assertEquals("Android's registration of light_sensor failed: $said", failure.message)
             }
         }
     }
