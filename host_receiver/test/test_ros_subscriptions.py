@@ -42,6 +42,7 @@ from test_msgs.message_fixtures import get_test_msg  # type: ignore[import-untyp
 
 from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.graph import Heard
 from ml2_receiver.ros.layout import described, plain
 from ml2_receiver.topics.plain_messages import status_name
 from ml2_receiver.wire.kinds import Kind
@@ -251,6 +252,16 @@ def test_an_equal_type_is_found_by_hash_or_layout(app: MockDevice) -> None:
     assert app.open(subscription(1, "/said", hash=STRING_HASH)).checked == "hash"
     assert app.open(subscription(2, "/said", layout="s")).checked == "layout"
     assert app.open(subscription(3, "/said")).checked == "no"
+
+
+def test_messages_that_ros_lost_are_known_while_there_is_one_publisher() -> None:
+    heard = Heard()
+    heard.publishers = (b"a",)
+    assert [heard.missed(it) for it in (3, 4, 7, 8)] == [0, 0, 2, 0]
+    heard.publishers = (b"a", b"b")
+    assert [heard.missed(it) for it in (20, 1, 30)] == [0, 0, 0]
+    heard.publishers = (b"b",)
+    assert [heard.missed(it) for it in (31, 33)] == [0, 1]
 
 
 def of_rosbags(message: Any, type: str) -> Any:

@@ -27,7 +27,7 @@ _LEAST_DEPTH = 10
 _REMEMBERED = 1000
 
 
-class _Heard:
+class Heard:
     """What was taken of a topic: nothing is delivered twice, and what ROS lost is counted.
 
     Only the taker's thread uses it, but for `publishers`, the identities of those there are.
@@ -65,7 +65,7 @@ class _Subscription:
     """One subscription of rclpy for a queue; another one follows when publishers change."""
 
     def __init__(
-        self, queue: SubscriptionQueue, own: Described, qos: QoSProfile, heard: _Heard
+        self, queue: SubscriptionQueue, own: Described, qos: QoSProfile, heard: Heard
     ) -> None:
         self.type, self.topic, self.qos = queue.type, queue.name, qos
         self.queue, self.own, self.heard = queue, own, heard
@@ -131,7 +131,7 @@ class RosGraph:
         if (other := _other_type(own, publishers)) is not None:
             return refused(wanted, f"{name}: {other}", "type")
         queue = downlink.queue(wanted, name)
-        heard = _Heard()
+        heard = Heard()
         heard.publishers = _identities(publishers)
         subscription = _Subscription(queue, own, _qos(publishers, queue.depth), heard)
         with self._lock:
