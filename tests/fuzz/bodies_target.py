@@ -14,8 +14,8 @@ from vectors import HEADER_BYTES, vectors
 
 _BODIES = sorted(JsonBody.__subclasses__(), key=lambda it: it.__name__)
 _NAMES = {it.__name__.upper(): number for number, it in enumerate(_BODIES)}
-# PROTOCOL.md bounds no name to more characters.
-_MOST_CHARACTERS = 128
+# PROTOCOL.md bounds no name to more characters: that of a topic.
+_MOST_CHARACTERS = 255
 assert {ConfigText, Hello} <= set(_BODIES)
 
 
@@ -39,6 +39,6 @@ def read(data: bytes) -> None:
         return
     assert kind.parse(body.to_bytes()) == body
     for key in ("name", "software", "device_id", "instance_id"):
-        text = getattr(body, key, "")
+        text = getattr(body, key, None) or ""
         assert text.isprintable(), (key, text)
         assert len(text) <= _MOST_CHARACTERS, (key, text)

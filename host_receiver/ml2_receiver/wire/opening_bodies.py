@@ -63,6 +63,8 @@ class Opened(JsonBody):
         needed = "lane" if self.result == "opened" else "reason"
         if getattr(self, needed) is None:
             raise ValueError(f"{needed}: missing although {self.result}")
+        if self.name is not None:
+            check_text("name", self.name, _NAME_CHARACTERS)
 
 
 @dataclass(frozen=True)

@@ -50,12 +50,14 @@ internal class Opened(
         require(lane == null || lane in RosLanes.ALL) { "lane: expected one of ${RosLanes.ALL}, found $lane" }
         require(!isOpen || lane != null) { "lane: missing although $OPENED" }
         require(isOpen || reason != null) { "reason: missing although $REFUSED" }
+        require(name == null || isShort(name, NAME_LIMIT)) { "name: expected 1 to $NAME_LIMIT printable characters" }
         require(checked == null || checked in CHECKED) { "checked: expected one of $CHECKED, found $checked" }
     }
 
     companion object {
         private const val OPENED = "opened"
         private const val REFUSED = "refused"
+        private const val NAME_LIMIT = 255
         private val CHECKED = setOf("hash", "layout", "no")
     }
 }
