@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from fake_sink import FakeSink
+from fake_sink import FakeGraph, FakeSink
+from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.session.server import Server
 from ml2_receiver.session.settings import Limits, ReceiverSettings
@@ -21,6 +22,7 @@ UNPAIRED_ADDRESS = "127.0.0.2"
 PATIENT = Limits(handshake_s=20.0, linger_s=0.3, failed_attempts=10_000)
 QUICK = replace(PATIENT, handshake_s=1.0)
 # Tokens, tickets and sessions.
+_ALL = AppRules(subscribe=NameRules(("/**",)))
 _SECRET = re.compile(r"\b[0-9a-f]{32}\b")
 
 
@@ -29,6 +31,7 @@ class SecureReceiver:
 
     def __init__(self, folder: Path, limits: Limits) -> None:
         self.folder, self.sink, self.limits = folder, FakeSink(), limits
+        self.graph = FakeGraph()
         self.devices = PairedDevices(folder / "keys")
         self.servers: list[Server] = []
         self.address = self.serve(PairedOnly(folder / "keys"))
@@ -40,7 +43,7 @@ class SecureReceiver:
             access,
             self.sink,
             REQUEST,
-            ReceiverSettings("host", "test", limits=self.limits),
+            ReceiverSettings("host", "test", limits=self.limits, app=_ALL, graph=self.graph),
         )
         server.start()
         self.servers.append(server)

@@ -1,5 +1,6 @@
 """Who is let in, and what others see of it."""
 
+import secrets
 import socket
 import ssl
 import threading
@@ -16,9 +17,11 @@ from ml2_receiver.transport.listener import listen
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, encode_frame
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Bye, Join
+from ml2_receiver.wire.opening_bodies import Open
 from mock_device import MockDevice, Wire
 from secure_receiver import UNPAIRED_ADDRESS, SecureReceiver, refused
 from tls_device import Certificate, anonymous_context
+from waiting import await_true
 
 IMAGE = "world_left/image_raw"
 
@@ -37,6 +40,37 @@ def test_a_paired_device_streams_over_tls_and_payloads_arrive_unchanged(
         device.leave()
     report = secure.sink.await_report()
     assert (report.state, report.is_final) == (State.ENDED, True)
+
+
+def test_an_app_gets_messages_over_tls_and_may_leave_without_reading(
+    secure: SecureReceiver,
+) -> None:
+    headset = secure.paired("headset")
+
+    def writers() -> int:
+        return sum(it.name == "ros-writer" for it in threading.enumerate())
+
+    for is_read in (True, False):
+        app = MockDevice(secure.server.address, has_ros=True, tls=headset.context())
+        with app:
+            app.start()
+            name = f"/{is_read}"
+            wanted = Open(1, "subscription", name, "T", keep="all", depth=100)
+            assert app.open(wanted).result == "opened"
+            queue = secure.graph.queues[1]
+            payloads = [CDR_ENCAPSULATION + secrets.token_bytes(60_000) for _ in range(3)]
+            if is_read:
+                for payload in payloads:
+                    queue.put(payload, 5)
+                assert [app.message()[1] for _ in payloads] == payloads
+            else:
+                while not queue.book.dropped["queue_full"]:
+                    queue.put(payloads[0], 5)
+                app.exchange_time(1)
+            assert writers() == 1
+    await_true(lambda: not writers())
+    await_true(lambda: not queue.book.waiting)
+    assert queue.book.dropped["link_down"]
 
 
 def test_headsets_whose_certificates_have_the_same_name_can_all_connect(

@@ -84,7 +84,9 @@ class ConnectionIO:
         openings = self.connection.openings
         if kind is Kind.JOINED and self.connection.lane is ROS and openings is not None:
             arguments = [openings.downlink]
-            self._writer = threading.Thread(target=self._write_messages, args=arguments)
+            self._writer = threading.Thread(
+                target=self._write_messages, args=arguments, name="ros-writer", daemon=True
+            )
             self._writer.start()
 
     def _write_messages(self, downlink: Downlink) -> None:

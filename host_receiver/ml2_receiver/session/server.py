@@ -218,11 +218,11 @@ class Server:
         except OSError as error:
             fault = error.strerror or str(error)
         finally:
-            io.end_writer()
             # Else the next socket of this number could be written to
             with self._steps.output_lock:
-                io.transport.close()
                 del self._connections[io.connection]
+            io.end_writer()
+            io.transport.close()
             with self._steps.step() as now_s:
                 self._address_limits.closed(io.connection.host)
                 self._host.closed(io.connection, fault, now_s)
