@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import functools
+import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -227,6 +228,7 @@ def test_latched_messages_come_again_in_each_session_and_nothing_twice(
     [
         (subscription(1, "/said", "no_msgs/msg/Such"), "type", ["no_msgs/msg/Such"]),
         (subscription(1, "/said", "std_msgs/msg/Such"), "type", ["std_msgs/msg/Such"]),
+        (subscription(1, "/said", "this.that/msg/Such"), "type", ["PACKAGE/msg/NAME"]),
         (subscription(1, "no name"), "name", ["no name"]),
         (subscription(1, "/said", hash="RIHS01_00"), "layout", ["RIHS01_00", STRING_HASH]),
         (subscription(1, "/said", layout="4"), "layout", [" 4,", " s"]),
@@ -252,6 +254,13 @@ def test_an_equal_type_is_found_by_hash_or_layout(app: MockDevice) -> None:
     assert app.open(subscription(1, "/said", hash=STRING_HASH)).checked == "hash"
     assert app.open(subscription(2, "/said", layout="s")).checked == "layout"
     assert app.open(subscription(3, "/said")).checked == "no"
+
+
+def test_a_type_of_a_peer_imports_nothing_but_packages_of_messages() -> None:
+    for type in ("this.that/msg/Such", "this/msg/Such", "std_msgs.msg/msg/String", "this/msg/"):
+        with pytest.raises(ImportError):
+            described(type)
+    assert "this" not in sys.modules
 
 
 def test_messages_that_ros_lost_are_known_while_there_is_one_publisher() -> None:

@@ -25,6 +25,7 @@ from rosidl_parser.definition import (
 )
 
 from ..printable import printable
+from ..table.stream_table import MESSAGE_TYPE
 from ..topics.message_types import message_class
 from ..wire.frame import CDR_ENCAPSULATION
 
@@ -76,8 +77,10 @@ def described(type: str) -> Described:
     """Returns what is installed.
 
     Raises:
-        ImportError: as message_class().
+        ImportError: as message_class(), or it is no name of a type.
     """
+    if not MESSAGE_TYPE.fullmatch(type):  # of a peer: to look for `a.b` would import `a`
+        raise ImportError("expected PACKAGE/msg/NAME")
     made = message_class(type)
     package, _, rest = type.partition("/")
     spec = find_spec(package)
