@@ -3,6 +3,7 @@
 import ctypes.util
 import shutil
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from configurations import only
+from ml2_tools.commands.recording_wait import Standing, wait
 from ros_messages import TYPES
 from ros_processes import Child, Receiver, Subscriber
 
@@ -120,3 +122,18 @@ def test_no_other_timer_follows_a_clock_that_can_stop() -> None:
     sources = [path for top in ("ml2_receiver", "ml2_tools") for path in (root / top).rglob("*.py")]
     timers = [path.name for path in sources if "create_timer(" in path.read_text()]
     assert timers == ["real_time.py"]
+
+
+def test_a_recording_lasts_as_asked_when_the_clock_has_stepped() -> None:
+    stopping = threading.Event()
+    said = [Standing(ONE_HOUR_S, 1, 2, ""), Standing(0, 0, 0, "")]
+
+    def standing() -> Standing:
+        """Has no message, then two that seem an hour apart, and then is stopped by the user."""
+        if not said:
+            stopping.set()
+            return Standing(ONE_HOUR_S, 1, 3, "")
+        return said.pop()
+
+    wait(stopping, 1000, standing)
+    assert stopping.is_set()

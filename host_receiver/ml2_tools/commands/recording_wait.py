@@ -31,7 +31,8 @@ def wait(
     On a terminal it shows how it stands.
     """
     end_s: float | None = None
-    last_s, last = time.monotonic(), standing()
+    began_s = last_s = time.monotonic()
+    last = standing()
     with ExitStack() as stack:
         live = None
         if sys.stdout.isatty():
@@ -40,7 +41,8 @@ def wait(
             live = stack.enter_context(Live(auto_refresh=False, transient=True))
         while not last.is_over:
             if end_s is None and duration_s is not None and last.messages:
-                end_s = last_s + duration_s - last.duration_s
+                # A clock that steps makes a recording seem longer than it can be.
+                end_s = last_s + duration_s - min(last.duration_s, last_s - began_s)
             left_s = _REDRAW_S if end_s is None else end_s - time.monotonic()
             if left_s <= 0 or stopping.wait(min(_REDRAW_S, left_s)):
                 return
