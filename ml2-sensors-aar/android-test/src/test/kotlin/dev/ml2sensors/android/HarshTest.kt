@@ -5,11 +5,15 @@ import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.stream.Ml2Streamer
+import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.test.runTest
+import kotlinx.serialization.json.Json
 import org.junit.After
 import org.junit.Test
 import org.junit.runner.RunWith
@@ -95,12 +99,16 @@ class HarshTest {
             val streamer = Ml2Streamer(headset, host.address, TransportSecurity.Insecure())
             streamer.start()
             val session = host.awaitHello().apply { welcome() }
+            val all = HarshPlatform.STREAMS.associateWith { it.defaultValues() }
+            val answers = session.configure(1, json(all))
+            assertEquals(emptyMap(), answers.filterValues { "applied" !in "$it" }, "without faults, all are accepted")
+            session.start(1)
             val count = faults / CONFIGURATION_SHARE
-            val took = List(count) { session.configureInFaults(it + 1L, ends) }.sorted()
+            val took = List(count) { session.configureInFaults(it + 2L, ends) }.sorted()
             ends.forEach { it() }
             val wanted = HarshPlatform.STREAMS - StreamTable.color
-            session.configure(count + 1L, wanted.joinToString(prefix = "{", postfix = "}") { """"${it.id}": {}""" })
-            session.start(count + 1L)
+            session.configure(count + 2L, json(all - StreamTable.color))
+            session.start(count + 2L)
             val before = wanted.associateWith { session.data(it.topics.first().name).size }
             val start = TimeSource.Monotonic.markNow()
             while (before.any { (spec, size) -> session.data(spec.topics.first().name).size == size }) {
@@ -117,16 +125,18 @@ class HarshTest {
     /** Configures streams while calls do not return; returns how long that took. Some still do not return afterwards. */
     private fun HostSession.configureInFaults(request: Long, ends: MutableList<() -> Unit>): Duration {
         ends += NeverReturns.CALLS.filter { random.nextInt(4) == 0 }.map(NeverReturns::hold)
-        val wanted = HarshPlatform.STREAMS.filter { random.nextInt(4) > 0 }.associate { it.id to "{}" } +
-            (StreamTable.color.id to listOf("{}", """{"format": "h264"}""").random(random))
-        val json = wanted.entries.joinToString(prefix = "{", postfix = "}") { (id, values) -> """"$id": $values""" }
-        val took = measureTime { configure(request, json) }
+        val color = StreamTable.color.defaultValues().run { listOf(this, copy(format = StreamValues.H264)) }
+        val wanted = HarshPlatform.STREAMS.filter { random.nextInt(4) > 0 }.associateWith { it.defaultValues() } +
+            (StreamTable.color to color.random(random))
+        val took = measureTime { configure(request, json(wanted)) }
         start(request)
         // Within that time, the streams have begun or are held
         await(HostFrame.STATUS, frames(HostFrame.STATUS).size + 1)
         ends.filter { random.nextBoolean() }.forEach { it() }
         return took
     }
+
+    private fun json(wanted: Map<StreamSpec, StreamValues>) = Json.encodeToString(wanted.mapKeys { (it, _) -> it.id })
 
     /** Leaves nothing behind for the next test, also after a failure. */
     @After
