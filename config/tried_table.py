@@ -16,6 +16,7 @@ _TRIED = {
         "test_address_limits",
         "test_pairing_listener",
         "test_secure_server",
+        "test_discovery",
     ),
     "a paired headset": (
         "test_frame",
