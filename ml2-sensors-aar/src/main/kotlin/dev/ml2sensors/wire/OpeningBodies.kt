@@ -35,11 +35,11 @@ internal class Open(
 internal class Opened(
     val id: Int,
     val result: String,
+    val latched: Boolean = false,
     val lane: String? = null,
     val reason: String? = null,
     val code: String? = null,
     val name: String? = null,
-    val latched: Boolean = false,
     val checked: String? = null,
 ) {
     val isOpen: Boolean get() = result == OPENED

@@ -2,19 +2,12 @@ package dev.ml2sensors.simulator
 
 import com.github.ajalt.clikt.core.UsageError
 import dev.ml2sensors.message.BatteryState
-import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Imu
 import dev.ml2sensors.message.Joy
-import dev.ml2sensors.message.Point
-import dev.ml2sensors.message.Pose
 import dev.ml2sensors.message.PoseArray
 import dev.ml2sensors.message.PoseStamped
-import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.message.TFMessage
-import dev.ml2sensors.message.Transform
-import dev.ml2sensors.message.TransformStamped
-import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.ros.Keep
 import dev.ml2sensors.ros.Received
 import dev.ml2sensors.ros.SubscriptionException
@@ -101,16 +94,9 @@ internal class PrintedTopic(private val topic: String, private val type: String)
         val JSON = Json { allowSpecialFloatingPointValues = true }
         val CLASSES: Map<String, KSerializer<*>> = listOf(
             StringMessage.serializer(),
-            Vector3.serializer(),
-            Point.serializer(),
-            Quaternion.serializer(),
-            Pose.serializer(),
             PoseStamped.serializer(),
             PoseArray.serializer(),
-            Transform.serializer(),
-            TransformStamped.serializer(),
             TFMessage.serializer(),
-            Header.serializer(),
             Imu.serializer(),
             Joy.serializer(),
             BatteryState.serializer(),
