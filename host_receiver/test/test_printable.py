@@ -124,8 +124,8 @@ def test_words_of_the_app_on_the_headset_are_shown_as_text(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "9000")
-    words = [HOSTILE_NAME] * 3
-    status = AppStatus(HOSTILE_NAME, "ended", *words, [], {HOSTILE_NAME: True}, False, False)
+    name = HOSTILE_NAME
+    status = AppStatus(name, "ended", name, name, name, [], {name: True}, False, False)
     headset._show(status, [StreamStatus(HOSTILE_NAME, "failed", HOSTILE_NAME, 1, 0, False)])
     said = capsys.readouterr().out
     assert said.count("[/x]") == 4  # in the title, which is cut, and in three cells
