@@ -48,6 +48,36 @@ def test_a_call_that_keeps_pythons_lock_does_not_keep_the_process(number: signal
         assert child.end(number) == 1
 
 
+# Python only writes what the callback of a weak reference raises.
+CALLBACK = """
+import threading, weakref
+from ml2_receiver.commands.stopping import limit_interrupts
+
+class Thing:
+    pass
+
+def waits(_):
+    print("waits", flush=True)
+    threading.Event().wait()
+
+limit_interrupts()
+thing = Thing()
+reference = weakref.ref(thing, waits)
+try:
+    del thing
+    threading.Event().wait()
+except KeyboardInterrupt:
+    pass
+"""
+
+
+def test_an_interrupt_of_a_callback_that_cannot_raise_comes_again() -> None:
+    with Child("-c", CALLBACK) as child:
+        assert child.line() == "waits"
+        assert child.end(signal.SIGINT) == 0
+        assert child.errors == []
+
+
 @pytest.fixture
 def background_job() -> Iterator[None]:
     """Children start as those of a shell without job control do."""

@@ -2,12 +2,15 @@
 
 import os
 import signal
+import sys
 import threading
 from typing import NoReturn
 
 from ..stop_limit import STOP_LIMIT
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# Longer than such a callback takes.
+_AGAIN_S = 0.01
 
 
 def heed_interrupts() -> None:
@@ -22,11 +25,20 @@ def heed_interrupts() -> None:
 def limit_interrupts() -> None:
     """As heed_interrupts(), and ends this process some seconds after SIGINT, whatever hangs."""
     signal.signal(signal.SIGINT, _interrupt)
+    sys.unraisablehook = _interrupt_again
 
 
 def _interrupt(*_: object) -> NoReturn:
     threading.Thread(target=STOP_LIMIT.enforce, name="signals", daemon=True).start()
     raise KeyboardInterrupt
+
+
+def _interrupt_again(unraisable: "sys.UnraisableHookArgs") -> None:
+    """Interrupts once more after a callback that cannot raise, such as that of a weak reference."""
+    if unraisable.exc_type is KeyboardInterrupt:
+        threading.Timer(_AGAIN_S, os.kill, (os.getpid(), signal.SIGINT)).start()
+    else:
+        sys.__unraisablehook__(unraisable)
 
 
 def stop_signal() -> threading.Event:

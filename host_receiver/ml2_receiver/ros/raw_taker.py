@@ -147,7 +147,8 @@ class RawTaker:
     def _take_until_stopped(self) -> None:
         size = -1
         wait_set: Any = None
-        while not self._is_stopped:
+        # Ctrl-C may end the main thread before it can stop this one.
+        while not self._is_stopped and threading.main_thread().is_alive():
             with suppress(queue.Empty):
                 while True:
                     self._changes.get_nowait()()
