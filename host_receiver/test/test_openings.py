@@ -233,7 +233,7 @@ def downlink() -> Downlink:
 
 
 def balance(book: Book) -> dict[str, int]:
-    """What became of the messages; fails if that is not all of them."""
+    """Returns how many messages went which way; fails if their sum is not all of them."""
     counts = {"sent": book.sent, "waiting": book.waiting, **book.dropped}
     assert sum(counts.values()) == book.produced
     return {what: count for what, count in counts.items() if count}

@@ -151,7 +151,7 @@ def said(app: MockDevice, count: int) -> list[tuple[int, str]]:
 
 
 def quality(node: Node, name: str) -> tuple[ReliabilityPolicy, DurabilityPolicy] | None:
-    """Of the receiver's only subscription."""
+    """Returns the quality of service of the receiver's only subscription."""
     found = node.get_subscriptions_info_by_topic(name)
     if len(found) != 1:
         return None
@@ -430,7 +430,7 @@ def test_1000_messages_per_second_arrive_in_order(app: MockDevice, node: Node) -
     assert numbers == sorted(set(numbers))
     await_true(lambda: book(node, "/fast")["waiting"] == 0)
     counts = book(node, "/fast")
-    # What a machine that stands still has lost is counted.
+    # A machine that stands still may lose messages, which are counted.
     assert counts["sent"] == len(numbers)
     lost = counts.get("dropped.queue_full", 0) + counts["missed"]
     assert count - numbers[0] == len(numbers) + lost

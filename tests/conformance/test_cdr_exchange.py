@@ -316,7 +316,7 @@ def test_a_type_has_another_layout_if_its_bytes_would_be_misread() -> None:
     # Bounds and signs change no byte.
     same = layout_of(BasicType("uint32"), BoundedString(5), *SCAN[2:])
     assert same == layout_of(*SCAN) == "4s(d*9)[1]44s"
-    # Where an array ends is not left to guess.
+    # The bracket says where an array ends.
     three, four = Array(BasicType("uint8"), 3), BasicType("uint32")
     assert layout_of(three, four) != layout_of(Array(BasicType("uint8"), 34))
 

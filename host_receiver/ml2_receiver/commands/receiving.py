@@ -133,13 +133,11 @@ def ros_sink(
         yield
 
 
-@contextmanager
-def ros_graph(node: "RosNode") -> Iterator["RosGraph"]:
-    """What apps open with the node, until left."""
+def ros_graph(node: "RosNode") -> "RosGraph":
+    """Returns what opens topics for apps with the node, to be used as a context manager."""
     from ..ros.graph import RosGraph
 
-    with RosGraph(node) as graph:
-        yield graph
+    return RosGraph(node)
 
 
 def new_server(

@@ -34,7 +34,7 @@ class TopicReport:
 
 @dataclass(frozen=True)
 class OpeningsReport:
-    """What the app has open; `late` counts what came for openings that had ended."""
+    """The openings of the app; `late` counts frames for openings that had ended."""
 
     late: int = 0
     subscriptions: Sequence[SubscriptionReport] = ()

@@ -51,7 +51,7 @@ class Copies:
         taken = self._by_key.setdefault(key, deque())
         later = list(takewhile(lambda it: file not in it.files, reversed(taken)))
         if later:
-            # Of several of one time, they come in the order of the files.
+            # Messages of one time are in the order of the files.
             first = [it for it in later if it.time_ns == later[0].time_ns][-1]
             first.files.add(file)
             self.count += 1

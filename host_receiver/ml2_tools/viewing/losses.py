@@ -12,7 +12,7 @@ from ..monitoring.topic_table import Rows, topic_figures
 
 _RECENT_S = 10.0
 _MOST_LISTED = 100
-# What a subscription loses; a newer message may supersede one, and an app may close it.
+# The losses of a subscription: a message that a newer one supersedes is no loss.
 _LOST = ("missed", "dropped.queue_full", "dropped.too_large", "dropped.link_down")
 
 

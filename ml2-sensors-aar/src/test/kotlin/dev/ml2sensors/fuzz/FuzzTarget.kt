@@ -221,7 +221,7 @@ internal enum class FuzzTarget {
     private companion object {
         const val HEADER_BYTES = 32
 
-        /** Of one frame of [ORDER]. */
+        /** The bytes of the input that choose one frame of [ORDER]. */
         const val DRAW_BYTES = 4
     }
 }

@@ -125,7 +125,7 @@ class AvcCodec : ShadowMediaCodec() {
         /** True if parameter sets come once, in a buffer of their own, and not before key frames. */
         var sendsParameterSetsOnce = false
 
-        /** What its calls throw, by their names. */
+        /** The exceptions that its calls throw, by the names of the calls. */
         val failures = ConcurrentHashMap<String, Exception>()
 
         /** The images that it was given, without padding: brightness, then U, then V. */

@@ -218,7 +218,7 @@ class HarshTest {
         /** Ten seconds. */
         const val LONGEST_TICKS = 40
 
-        /** Where idle threads of ThreadPoolExecutor and of coroutines stand. */
+        /** The methods in which idle threads of ThreadPoolExecutor and of coroutines wait. */
         val IDLE_IN_POOL = setOf("getTask", "tryPark")
         const val MOST_THREADS = 4
 
