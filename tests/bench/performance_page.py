@@ -181,6 +181,21 @@ SECTIONS = [
             Measure("Java heap", "heap_mb", "MB"),
         ],
     ),
+    Section(
+        "downlink",
+        "ROS into the headset",
+        "1000 messages per second of 100 bytes to the app of the simulated headset, beside all "
+        "streams of config/demo.yaml raw and with TLS. Latency is from the call of `publish` in "
+        "another process until the app has printed the message.",
+        [
+            Measure("latency, half of the messages", "latency_p50_ms", "ms"),
+            Measure("latency, 99 % of the messages", "latency_p99_ms", "ms"),
+            Measure("messages lost", "lost", ""),
+            Measure("IMU sample to subscriber without it, 99 %", "imu_without_p99_ms", "ms"),
+            Measure("IMU sample to subscriber with it, 99 %", "imu_p99_ms", "ms"),
+            Measure("`ml2-receiver`, CPU per message", "receiver_cpu_us_per_message", "µs"),
+        ],
+    ),
     *[
         Section(
             name,

@@ -137,6 +137,33 @@ def play_subscriber(type: str, counted: str, *others: str) -> None:
         rclpy.spin(node)
 
 
+def play_publisher(topic: str, rate_hz: str) -> None:
+    """Publishes, for each line of standard input, so many messages of 100 bytes at a rate.
+
+    Each begins with the time of its publication in ns, by CLOCK_MONOTONIC. It first waits for a
+    subscriber.
+    """
+    import rclpy
+    from rclpy.qos import QoSProfile
+    from std_msgs.msg import String
+
+    rclpy.init()
+    node = rclpy.create_node("publisher")
+    publisher = node.create_publisher(String, topic, QoSProfile(depth=100))
+    while not publisher.get_subscription_count():
+        time.sleep(_POLL_S)
+    print("ready", flush=True)
+    # The encapsulation, the length and the last byte of a String are the other 9 bytes
+    padding, period_s = "x" * (100 - 9 - 20), 1 / float(rate_hz)
+    for line in sys.stdin:
+        begin_s = time.monotonic()
+        for number in range(int(line)):
+            time.sleep(max(0.0, begin_s + number * period_s - time.monotonic()))
+            publisher.publish(String(data=f"{time.monotonic_ns():020}{padding}"))
+        print_usage(int(line))
+    rclpy.shutdown()
+
+
 def answer(count: Callable[[], int]) -> None:
     """Answers each line of standard input until its end.
 
@@ -148,9 +175,13 @@ def answer(count: Callable[[], int]) -> None:
             time.sleep(_POLL_S)
             if count() > counted:
                 counted, changed_s = count(), time.monotonic()
-        usage = resource.getrusage(resource.RUSAGE_SELF)
-        cpu_s = usage.ru_utime + usage.ru_stime
-        print(json.dumps([cpu_s, time.monotonic(), counted]), flush=True)
+        print_usage(counted)
+
+
+def print_usage(frames: int) -> None:
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    cpu_s = usage.ru_utime + usage.ru_stime
+    print(json.dumps([cpu_s, time.monotonic(), frames]), flush=True)
 
 
 def main(role: str, *arguments: str) -> None:
@@ -164,6 +195,8 @@ def main(role: str, *arguments: str) -> None:
             play_bare()
         case "subscriber":
             play_subscriber(*arguments)
+        case "publisher":
+            play_publisher(*arguments)
         case "endpoint":
             print(start_endpoint(Path(*arguments)), flush=True)
             answer(lambda: 0)

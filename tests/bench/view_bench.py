@@ -119,7 +119,7 @@ def main(duration_s: float) -> None:
         (folder / "config.yaml").write_text(compressed_config())
         _start(stack, folder, environment)
         measured_s = min(duration_s, _LATENCY_S)
-        without_ms = _imu_p99_ms(_latency(measured_s))
+        without_ms = imu_p99_ms(latency(measured_s))
         view = stack.enter_context(
             process([RECEIVER, "view", "--no-browser", "--eyes"], environment, folder / "view.log")
         )
@@ -133,7 +133,7 @@ def main(duration_s: float) -> None:
         client.images.clear()
         client.color.clear()
         lost, began_s = _lost(diagnostics), time.monotonic()
-        latency = _latency(measured_s)
+        beside = latency(measured_s)
         _run(client, duration_s, usage)
         passed_s = time.monotonic() - began_s
         ages_ms = [stamps.latency_ms(*it) for it in client.color]
@@ -143,7 +143,7 @@ def main(duration_s: float) -> None:
             "memory_mb_per_hour": usage.memory_mb_per_hour,
             "threads_grown": growth(usage.threads),
             "files_grown": growth(usage.files),
-            "imu_p99_ms": {"without": without_ms, "with": _imu_p99_ms(latency)},
+            "imu_p99_ms": {"without": without_ms, "with": imu_p99_ms(beside)},
             "latency_p50_ms": statistics.median(it for it in ages_ms if it is not None),
             "images_per_s": len(client.images) / passed_s,
             "receiver_drops": _lost(diagnostics) - lost,
@@ -163,14 +163,15 @@ def _start(stack: ExitStack, folder: Path, environment: dict[str, str]) -> None:
     start("headset", headset_command(listening_address(receiver)))
 
 
-def _latency(duration_s: float) -> subprocess.Popen[str]:
+def latency(duration_s: float) -> subprocess.Popen[str]:
+    """Starts `ml2-receiver latency`, which takes every topic, for this time."""
     command: list[str | Path] = [RECEIVER, "latency", "--once", "--duration", str(duration_s)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 
 
-def _imu_p99_ms(latency: subprocess.Popen[str]) -> float:
+def imu_p99_ms(measuring: subprocess.Popen[str]) -> float:
     """Waits for the table of `latency`, whose last column but one is p99."""
-    rows = map(str.split, latency.communicate()[0].splitlines())
+    rows = map(str.split, measuring.communicate()[0].splitlines())
     return next(float(row[-2]) for row in rows if row and row[0] == _IMU)
 
 

@@ -1,0 +1,165 @@
+"""Measures a topic of 1000 messages per second to the headset's app, beside all sensors with TLS.
+
+Usage: downlink_bench.py DURATION, in seconds. Writes build/bench/downlink.json:
+
+latency_p50_ms  from the call of publish() to the line that the headset's app prints; also p99, max
+lost            messages that were published and not printed
+rate_hz         messages that were published per second
+imu_p99_ms      from capture to `ml2-receiver latency` meanwhile; imu_without_p99_ms, before
+receiver_cpu_us_per_message, headset_cpu_us_per_message: the CPU time that the topic adds
+book            the counts of receiver and app
+
+The publisher is a process of its own. It writes CLOCK_MONOTONIC into each message of 100 bytes.
+This process reads the same clock when it has read the line.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from load_run import Usage
+from ml2_tools.live.diagnostics_node import DiagnosticsNode
+from players import Player
+from processes import (
+    ROOT,
+    draw_images,
+    headset_command,
+    isolated_environment,
+    lines,
+    listening_address,
+    paired,
+    process,
+    receive_command,
+)
+from simulation import raw_config
+from view_bench import imu_p99_ms, latency
+
+RESULTS = ROOT / "build" / "bench" / "downlink.json"
+TOPIC, TYPE = "/bench/downlink", "std_msgs/msg/String"
+RATE_HZ = 1000
+_TIMEOUT_S = 60.0
+_WARM_UP_S = 10.0
+_LINE = re.compile(TOPIC + r' \d+ \d+ \{"data":"(\d+)')
+
+
+class Arrivals:
+    """The latency of each message that the headset prints; a thread reads the lines."""
+
+    def __init__(self, headset: subprocess.Popen[str]) -> None:
+        self.latencies_ns: list[int] = []
+        self._headset = headset
+        self._changed = threading.Condition()
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        for line in lines(self._headset):
+            now_ns = time.monotonic_ns()
+            if (found := _LINE.match(line)) is not None:
+                with self._changed:
+                    self.latencies_ns.append(now_ns - int(found[1]))
+                    self._changed.notify()
+
+    def wait(self, count: int) -> None:
+        """Waits until so many messages have arrived, or none comes any more."""
+        with self._changed:
+            while len(self.latencies_ns) < count and self._changed.wait(_WARM_UP_S):
+                pass
+
+
+def main(duration_s: float) -> None:
+    os.environ |= isolated_environment()
+    with tempfile.TemporaryDirectory(prefix="ml2_downlink") as name, ExitStack() as stack:
+        folder, logs = Path(name), RESULTS.with_suffix("")
+        config = folder / "config.yaml"
+        logs.mkdir(parents=True, exist_ok=True)
+        config.write_text(_config())
+        draw_images(config, (), logs)
+        keys = paired(folder)
+        command = receive_command(config, "127.0.0.1:0", security=keys)
+        receiver = stack.enter_context(process(command, dict(os.environ), logs / "receiver.log"))
+        address = listening_address(receiver)
+        command = headset_command(address, "--subscribe", TOPIC, TYPE, security=keys)
+        headset = stack.enter_context(process(command, dict(os.environ), logs / "headset.log"))
+        arrivals = Arrivals(headset)
+        publisher = stack.enter_context(Player("publisher", TOPIC, str(RATE_HZ)))
+        publisher.line()
+        publisher.usage(RATE_HZ)  # the first ones are slower, as those of any program
+        arrivals.wait(RATE_HZ)
+        time.sleep(_WARM_UP_S)
+        pids = {"receiver": receiver.pid, "headset": headset.pid}
+        with _measured(pids, duration_s) as without:
+            pass
+        arrivals.latencies_ns.clear()
+        messages = round(duration_s * RATE_HZ)
+        with _measured(pids, duration_s) as with_topic:
+            began_s = time.monotonic()
+            publisher.usage(messages)
+            passed_s = time.monotonic() - began_s
+            arrivals.wait(messages)
+        p50, p99, longest = np.percentile(arrivals.latencies_ns, (50, 99, 100)) / 1e6
+        more_percent = {role: with_topic[role] - without[role] for role in pids}
+        results = {
+            "latency_p50_ms": p50,
+            "latency_p99_ms": p99,
+            "latency_max_ms": longest,
+            "lost": messages - len(arrivals.latencies_ns),
+            "rate_hz": messages / passed_s,
+            "imu_without_p99_ms": without["imu_p99_ms"],
+            "imu_p99_ms": with_topic["imu_p99_ms"],
+            **{
+                f"{role}_cpu_us_per_message": it * 1e4 / RATE_HZ
+                for role, it in more_percent.items()
+            },
+            "book": _book(),
+            "duration_s": passed_s,
+        }
+    RESULTS.write_text(json.dumps(results, indent=2) + "\n")
+
+
+def _config() -> str:
+    tree = yaml.safe_load(raw_config())
+    (node,) = tree.values()
+    node["ros__parameters"]["app"] = {"subscribe": [TOPIC]}
+    return yaml.safe_dump(tree)
+
+
+@contextmanager
+def _measured(pids: dict[str, int], duration_s: float) -> Iterator[dict[str, float]]:
+    """Measures for this time, in which the caller acts: the IMU's latency, and CPU by process."""
+    figures: dict[str, float] = {}
+    usage = {role: Usage(pid) for role, pid in pids.items()}
+    imu = latency(duration_s)
+    for each in usage.values():
+        each.sample()
+    yield figures
+    figures["imu_p99_ms"] = imu_p99_ms(imu)
+    for role, each in usage.items():
+        each.sample()
+        figures[role] = each.cpu_percent
+
+
+def _book() -> dict[str, int]:
+    """Returns the counts of the receiver and the app."""
+    diagnostics = DiagnosticsNode()
+    try:
+        row = diagnostics.rows("", _TIMEOUT_S)[f"subscription {TOPIC}"]
+    finally:
+        diagnostics.close()
+    return {what: int(value) for what, value in row.items() if value.isdecimal() and what != "id"}
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]))
