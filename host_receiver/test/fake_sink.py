@@ -3,6 +3,7 @@
 import threading
 from collections import defaultdict
 
+from ml2_receiver.configuration.app_rules import AppRules
 from ml2_receiver.errors import PublishError
 from ml2_receiver.session.downlink import Downlink, SubscriptionQueue
 from ml2_receiver.session.report import Report
@@ -11,6 +12,8 @@ from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import Frame
 from ml2_receiver.wire.opening_bodies import Open, Opened
 from waiting import LIMIT_S
+
+_NOTHING = AppRules()
 
 
 class FakeSink:
@@ -80,7 +83,8 @@ class FakeGraph:
     `queues` has the subscriptions by id.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, rules: AppRules = _NOTHING) -> None:
+        self.rules = rules
         self.closed: list[int] = []
         self.received_numbers: list[tuple[int, int]] = []
         self.queues: dict[int, SubscriptionQueue] = {}

@@ -104,7 +104,7 @@ class Scene:
         self.actions: list[Send | Close] = []
         self.desired = DesiredStreams(REQUEST, is_paused, (), excluded, link)
         settings = ReceiverSettings("host", "test", excluded=excluded)
-        self.host = Host(replace(settings, app=app or AppRules(), graph=graph))
+        self.host = Host(replace(settings, app=lambda: app or AppRules(), graph=graph))
         self._limits = event_limits(self.sink.event, lambda: self.now_s)
         self.welcome: Welcome
         self.control: Connection

@@ -43,7 +43,9 @@ class SecureReceiver:
             access,
             self.sink,
             REQUEST,
-            ReceiverSettings("host", "test", limits=self.limits, app=_ALL, graph=self.graph),
+            ReceiverSettings(
+                "host", "test", limits=self.limits, app=lambda: _ALL, graph=self.graph
+            ),
         )
         server.start()
         self.servers.append(server)

@@ -24,7 +24,7 @@ LAST = (1 << 32) - 1
 
 
 def of(rules: AppRules, graph: FakeGraph) -> Openings:
-    return Openings(rules, graph, Downlink(Books()))
+    return Openings(lambda: rules, graph, Downlink(Books()))
 
 
 def frame(
@@ -97,6 +97,28 @@ def test_without_rules_nothing_is_opened(graph: FakeGraph) -> None:
     for id, kind in enumerate(("subscription", "client", "service"), 1):
         assert opened(openings, wanted(id, kind)).result == "refused"
     assert not any(vars(openings.allowed).values())
+
+
+def test_openings_that_new_rules_do_not_have_end_and_the_others_go_on(graph: FakeGraph) -> None:
+    rules = AppRules(subscribe=ANY, call=ANY)
+    openings = Openings(lambda: rules, graph, Downlink(Books())).joined("ros")
+    opened(openings, wanted(SMALL, name="/robot/scan"))
+    opened(openings, wanted(LARGE, name="/scan"))
+    opened(openings, wanted(CLIENT, "client"))
+    opened(openings, Open(9, "transform", frame="base_link", reference="map"))
+    assert openings.ended() == []
+    rules = AppRules(subscribe=NameRules(("/robot/*",)), call=ANY)
+    reasons = {LARGE: "/scan", 9: "/tf"}
+    assert openings.ended() == [
+        Closed(id, f"no rule in app.subscribe has {name}", "rules") for id, name in reasons.items()
+    ]
+    assert graph.closed == [LARGE, 9]
+    assert openings.ended() == []
+    assert openings.late == 0
+    assert opened(openings, wanted(10)).code == "rules"
+    rules = AppRules(subscribe=ANY)
+    assert opened(openings, wanted(11)).result == "opened"
+    assert [it.id for it in openings.ended()] == [CLIENT]
 
 
 def test_taken_is_for_what_was_sent_since_the_last_one(

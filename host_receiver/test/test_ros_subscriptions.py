@@ -26,7 +26,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from configurations import only
 from mock_device import MockDevice
 from ros_messages import TYPES, message, string
-from ros_processes import Receiver, environment
+from ros_processes import Client, Receiver, environment
 from waiting import LIMIT_S, await_true
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
@@ -248,6 +248,18 @@ def test_what_is_not_opened_is_refused_with_the_reason(
     opened = app.open(wanted)
     assert (opened.result, opened.code) == ("refused", code)
     assert [it for it in names if it not in str(opened.reason)] == []
+
+
+def test_rules_of_a_file_that_is_read_again_hold_at_once(
+    app: MockDevice, client: Client, config: Path
+) -> None:
+    assert app.open(subscription(1, "/said")).result == "opened"
+    config.write_text(CONFIG.replace("/**", "/allowed"))
+    assert client.ask("trigger", "reload") == [True, ""]
+    closed = Closed.parse(app.await_control(Kind.CLOSED))
+    assert closed == Closed(1, "no rule in app.subscribe has /said", "rules")
+    assert app.open(subscription(2, "/said")).code == "rules"
+    assert app.open(subscription(3, "/allowed")).result == "opened"
 
 
 def test_an_equal_type_is_found_by_hash_or_layout(app: MockDevice) -> None:

@@ -103,7 +103,8 @@ def test_without_tls_apps_only_subscribe_unless_the_user_allows_control(
     )
     with ExitStack() as stack:
         port = stack.enter_context(SessionPort(insecure))
-        server = new_server(port, only_config(rules), FakeSink(), FakeGraph())
+        config = only_config(rules)
+        server = new_server(port, config, FakeSink(), FakeGraph(config.app))
         stack.enter_context(running(server, port))
         app = stack.enter_context(MockDevice(server.address, has_ros=True))
         app.reach_configure()

@@ -86,7 +86,7 @@ def receiver(sink: CountingSink) -> Iterator[Server]:
         Everybody(),
         sink,
         request,
-        ReceiverSettings("test", "test", limits=LIMITS, app=RULES, graph=FakeGraph()),
+        ReceiverSettings("test", "test", limits=LIMITS, app=lambda: RULES, graph=FakeGraph()),
     )
     server.start()
     yield server

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..configuration.app_rules import matches
+from ..configuration.app_rules import AppRules, matches
 from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
 from ..configuration.parameter_file import MAX_BYTES, node_names
@@ -159,7 +159,7 @@ def new_server(
             f"ml2-receiver {VERSION}",
             config.frame_prefix,
             port.excluded,
-            app=port.allowed(config.app),
+            app=lambda: port.allowed(graph.rules) if graph else AppRules(),
             graph=graph,
         ),
         link=config.link,

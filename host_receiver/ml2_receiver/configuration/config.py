@@ -76,7 +76,7 @@ class Config:
             case mbit_per_s:
                 return Link(adapts=True, most_mbit_per_s=float(mbit_per_s))
 
-    @property
+    @cached_property
     def app(self) -> AppRules:
         """What an app on the headset may use of ROS."""
         uses = (str(self.values[f"app.{use}"]) for use in USES)

@@ -19,7 +19,7 @@ from .config_rules import (
     read_values,
     without_modes,
 )
-from .eye_cameras import eye_camera_problems
+from .operators import operators_problems
 from .parameter_file import MAX_SHOWN, Parameter
 
 
@@ -50,7 +50,7 @@ class Settings:
 
         Args:
             may_wait: a value that is legal, but not with the camera's others, waits for them.
-            by_peer: anybody in the ROS domain wants it, who may not switch on eye cameras.
+            by_peer: anybody in the ROS domain wants it, who may not change what is the operator's.
 
         Raises:
             ConfigError: with what config check would say.
@@ -62,7 +62,7 @@ class Settings:
         if problems := problems or list(key_problems(shown, sections)):
             raise ConfigError(problems, "")
         values = read_values(shown, sections)
-        if by_peer and (problems := list(eye_camera_problems(self.operators, values))):
+        if by_peer and (problems := list(operators_problems(self.operators, values))):
             raise ConfigError(problems, "")
         pending = [
             problem

@@ -11,6 +11,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
+from ..configuration.app_rules import AppRules
 from ..session.downlink import Downlink, SubscriptionQueue
 from ..session.graph import refused
 from ..wire.frame import Frame
@@ -102,6 +103,10 @@ class RosGraph:
         if self._taker is not None and self._node is not None:
             self._taker.stop()
             self._node.destroy_node()
+
+    @property
+    def rules(self) -> AppRules:
+        return self._ros.config.app
 
     def resolve(self, wanted: Open) -> str:
         try:

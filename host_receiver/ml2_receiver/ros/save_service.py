@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 
 from ..configuration.config_file import ConfigFile
 from ..configuration.config_rules import MODE_KEYS, Values
-from ..configuration.eye_cameras import eye_camera_problems
+from ..configuration.operators import operators_problems
 from ..configuration.parameter_file import MAX_SHOWN
 from ..configuration.settings import cameras, mode_name
 from ..errors import ConfigError, Problem
@@ -40,7 +40,7 @@ def add_save_service(node: ParameterNode, file: ConfigFile) -> None:
         if changed and not asked_for:
             raise ConfigError([_unnamed(changed)], str(file.path))
         after = {**config.values, **kept}
-        if problems := list(eye_camera_problems(config.values, after)):
+        if problems := list(operators_problems(config.values, after)):
             raise ConfigError(problems, str(file.path))
         file.save(replace(config, values=after))
         return True, f"written to {file.path}"

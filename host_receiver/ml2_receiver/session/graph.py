@@ -2,6 +2,7 @@
 
 from typing import Protocol
 
+from ..configuration.app_rules import AppRules
 from ..printable import printable
 from ..wire.frame import Frame
 from ..wire.opening_bodies import Open, Opened
@@ -12,6 +13,10 @@ _MOST_CHARACTERS = 500
 
 class Graph(Protocol):
     """What carries out openings. No method waits; any thread may call."""
+
+    @property
+    def rules(self) -> AppRules:
+        """What the user lets apps do now."""
 
     def resolve(self, wanted: Open) -> str:
         """Returns the full name that the app means; raises ValueError if it is no name."""

@@ -1,10 +1,11 @@
 """The openings of one session as a state machine without I/O; PROTOCOL.md, Openings."""
 
 import threading
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Self
 
-from ..configuration.app_rules import AppRules, NameRules
+from ..configuration.app_rules import AppRules
 from ..errors import ErrorCode, ProtocolError
 from ..wire.frame import CDR_ENCAPSULATION, Frame
 from ..wire.kinds import KIND_BY_NUMBER, ROS, Body, Kind
@@ -31,9 +32,10 @@ _KINDS: dict[str, tuple[Kind, ...]] = {
 
 @dataclass
 class _Opening:
-    """`lane` is None until it is open. Numbers are the last of their kind, None before any."""
+    """`name` and `lane` are those of one that is open. Numbers are the last of their kind."""
 
     kind: str
+    name: str = ""
     lane: str | None = None
     sent: int | None = None
     taken: int | None = None
@@ -47,7 +49,7 @@ class Openings:
     """What the app has open, and which of its frames are legal. Thread-safe.
 
     Args:
-        rules: what the user lets apps do.
+        rules: returns what the user lets apps do now.
         graph: carries out what they open.
         downlink: takes its messages.
 
@@ -55,10 +57,11 @@ class Openings:
         late: frames of openings that have ended, and answers that nobody waits for.
     """
 
-    def __init__(self, rules: AppRules, graph: Graph, downlink: Downlink) -> None:
+    def __init__(self, rules: Callable[[], AppRules], graph: Graph, downlink: Downlink) -> None:
         self.late = 0
         self.downlink = downlink
         self._rules, self._graph = rules, graph
+        self._held_to = rules()
         self._lock = threading.Lock()
         self._is_joined = False
         self._used: set[int] = set()
@@ -67,7 +70,7 @@ class Openings:
     @property
     def allowed(self) -> AllowedUses:
         """The uses for which any rule is there."""
-        rules = self._rules
+        rules = self._rules()
         uses = (rules.subscribe, rules.publish, rules.call, rules.offer)
         return AllowedUses(*(bool(use.rules) for use in uses))
 
@@ -102,36 +105,27 @@ class Openings:
         if is_full:
             reason = f"{_MOST_OPENINGS} names are open, which are the most"
             return refused(wanted, reason, "busy")
-        answer = self._answer(wanted)
+        answer, name = self._answer(wanted)
         with self._lock:
             if answer.result == "opened":
-                opening.lane = answer.lane
+                opening.name, opening.lane = name, answer.lane
             else:
                 del self._live[wanted.id]
         return answer
 
-    def _answer(self, wanted: Open) -> Opened:
+    def _answer(self, wanted: Open) -> tuple[Opened, str]:
+        """Returns the answer, and the resolved name."""
         if wanted.kind not in OPENING_KINDS:
-            return refused(wanted, f"this receiver cannot open a {wanted.kind!r}")
-        if wanted.kind == "transform":
-            name, key, rules = "/tf", "subscribe", self._rules.subscribe
-        else:
+            return refused(wanted, f"this receiver cannot open a {wanted.kind!r}"), ""
+        name = "/tf"
+        if wanted.kind != "transform":
             try:
                 name = self._graph.resolve(wanted)
             except ValueError as error:
-                return refused(wanted, str(error), "name")
-            key, rules = self._rules_of(wanted.kind)
-        if not rules.allow(name):
-            return refused(wanted, f"no rule in app.{key} has {name}", "rules")
-        return self._graph.open(wanted, name, self.downlink)
-
-    def _rules_of(self, kind: str) -> tuple[str, NameRules]:
-        rules = self._rules
-        return {
-            "subscription": ("subscribe", rules.subscribe),
-            "client": ("call", rules.call),
-            "service": ("offer", rules.offer),
-        }[kind]
+                return refused(wanted, str(error), "name"), ""
+        if (reason := _forbidden(self._rules(), wanted.kind, name)) is not None:
+            return refused(wanted, reason, "rules"), name
+        return self._graph.open(wanted, name, self.downlink), name
 
     def end(self, id: int, reason: str, code: str | None = None) -> Closed | None:
         """Ends an opening, and returns the CLOSED to send; None if it has ended already."""
@@ -147,9 +141,20 @@ class Openings:
         self.downlink.close(id, reason)
 
     def ended(self) -> list[Closed]:
-        """Ends what the graph has ended, and returns what to tell the app."""
-        found = (self.end(id, *ending) for id, ending in self.downlink.endings())
+        """Ends what the graph has ended or the rules have no more; returns what to tell the app."""
+        endings = {**dict(self._forbidden_now()), **dict(self.downlink.endings())}
+        found = (self.end(id, *ending) for id, ending in endings.items())
         return [it for it in found if it is not None]
+
+    def _forbidden_now(self) -> Iterator[tuple[int, tuple[str, str]]]:
+        if (rules := self._rules()) == self._held_to:
+            return
+        self._held_to = rules
+        with self._lock:
+            open = [(id, it) for id, it in self._live.items() if it.lane is not None]
+        for id, opening in open:
+            if (reason := _forbidden(rules, opening.kind, opening.name)) is not None:
+                yield id, (reason, "rules")
 
     def report(self, status: Status | None) -> OpeningsReport:
         """Returns what is open, with what the last STATUS says of it."""
@@ -237,6 +242,17 @@ class Openings:
             return False
         opening.unanswered.remove(number)
         return True
+
+
+def _forbidden(rules: AppRules, kind: str, name: str) -> str | None:
+    """Returns why the rules do not let an app open a name; None if they do."""
+    key, of_key = {
+        "subscription": ("subscribe", rules.subscribe),
+        "transform": ("subscribe", rules.subscribe),
+        "client": ("call", rules.call),
+        "service": ("offer", rules.offer),
+    }[kind]
+    return None if of_key.allow(name) else f"no rule in app.{key} has {name}"
 
 
 def _check_body(kind: Kind, frame: Frame) -> None:

@@ -1,6 +1,6 @@
 """The settings that do not change while a receiver runs."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from ..configuration.app_rules import AppRules
@@ -41,7 +41,7 @@ class ReceiverSettings:
         frame_prefix: the prefix of the headsets' frame ids.
         excluded: streams that no headset is ever asked for, with the reasons.
         limits: time-outs, and the number of connections and failed attempts.
-        app: what the user lets apps do.
+        app: returns what the user lets apps do now.
         graph: carries out the openings of apps; None offers none.
         table: all possible streams.
     """
@@ -51,7 +51,7 @@ class ReceiverSettings:
     frame_prefix: str = ""
     excluded: Mapping[str, str] = field(default_factory=dict)
     limits: Limits = field(default_factory=Limits)
-    app: AppRules = field(default_factory=AppRules)
+    app: Callable[[], AppRules] = AppRules
     graph: Graph | None = None
     table: StreamTable = field(default_factory=load_table)
 
