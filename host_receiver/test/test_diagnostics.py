@@ -120,6 +120,18 @@ def test_rates_are_of_the_time_since_the_last_call(watch: Watch) -> None:
     assert (values["rate_hz"], values["mbit_per_s"]) == ("1.50", "1.50")
 
 
+def test_a_camera_that_accepts_60_hz_and_delivers_30_is_shown_as_it_comes(watch: Watch) -> None:
+    answers = {"depth": StreamAnswer("applied", {"stream": 1, "update_rate": 60})}
+    topic = watch.topic_report(load_table().streams["depth"].topics[0], SENT_ALL)
+    report = watch.running("depth", topic, answers=answers)
+    watch.receive(0)
+    watch.topic(report, 10.0)
+    watch.receive(*range(1, 61))
+    row = watch.topic(report, 12.0)
+    assert (row.values["rate_hz"], row.values["expected_hz"]) == ("30.00", "60")
+    assert row.level == Level.OK
+
+
 def test_a_topic_has_its_numbers(watch: Watch) -> None:
     watch.receive(0, 2)
     device = ChannelStatus(4, 3, {"queue_full": 1, "link_down": 0})
