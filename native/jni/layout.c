@@ -46,22 +46,12 @@ jintArray layout_frame(JNIEnv *env, jclass class) {
     return layout_ints(env, values, sizeof values / sizeof *values);
 }
 
-#define POSE(field) offsetof(ml2s_pose, field)
-jintArray layout_pose(JNIEnv *env, jclass class) {
+#define READING(field) offsetof(ml2s_reading, field)
+jintArray layout_reading(JNIEnv *env, jclass class) {
     (void)class;
     static const jint values[] = {
-        sizeof(ml2s_pose), POSE(stream),     POSE(capture_nanos), POSE(rotation),
-        POSE(position),    POSE(is_tracked), POSE(events),
-    };
-    return layout_ints(env, values, sizeof values / sizeof *values);
-}
-
-#define INPUT(field) offsetof(ml2s_input, field)
-jintArray layout_input(JNIEnv *env, jclass class) {
-    (void)class;
-    static const jint values[] = {
-        sizeof(ml2s_input), INPUT(is_connected), INPUT(capture_nanos), INPUT(trigger), INPUT(bumper),
-        INPUT(menu),        INPUT(is_touched),   INPUT(touch),         INPUT(force),
+        sizeof(ml2s_reading), READING(stream),     READING(capture_nanos), READING(rotation),
+        READING(position),    READING(is_tracked), READING(events),        READING(values),
     };
     return layout_ints(env, values, sizeof values / sizeof *values);
 }

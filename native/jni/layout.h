@@ -9,11 +9,8 @@ jintArray layout_ints(JNIEnv *env, const jint *values, jsize count);
 /** Returns the size of ml2s_frame and its offsets, in the order in which FrameBlock.kt reads them. */
 jintArray layout_frame(JNIEnv *env, jclass class);
 
-/** Returns the size of ml2s_pose and its offsets, in the order in which PoseBlock.kt reads them. */
-jintArray layout_pose(JNIEnv *env, jclass class);
-
-/** Returns the size of ml2s_input and its offsets, in the order in which InputBlock.kt reads them. */
-jintArray layout_input(JNIEnv *env, jclass class);
+/** Returns the size of ml2s_reading and its offsets, in the order in which ReadingBlock.kt reads them. */
+jintArray layout_reading(JNIEnv *env, jclass class);
 
 /** Returns the size of ml2s_settings and its offsets, in the order in which NativeSettings.kt reads them. */
 jintArray layout_settings(JNIEnv *env, jclass class);

@@ -72,31 +72,21 @@ static jint poll(JNIEnv *env, jclass class, jlong handle, jlong timeout_nanos, j
     return failure_throw(env, result, &error) ? 0 : (jint)count;
 }
 
-static jint poll_poses(JNIEnv *env, jclass class, jlong handle, jobject poses) {
+static jint poll_readings(JNIEnv *env, jclass class, jlong handle, jobject readings) {
     (void)class;
     ERROR(error);
     void *memory;
-    uint32_t capacity = structures_in(env, poses, sizeof(ml2s_pose), &memory);
+    uint32_t capacity = structures_in(env, readings, sizeof(ml2s_reading), &memory);
     uint32_t count = 0;
-    ml2s_result result = ml2s_poll_poses((ml2s_handle)handle, memory, capacity, &count, &error);
+    ml2s_result result = ml2s_poll_readings((ml2s_handle)handle, memory, capacity, &count, &error);
     return failure_throw(env, result, &error) ? 0 : (jint)count;
-}
-
-static jboolean poll_input(JNIEnv *env, jclass class, jlong handle, jobject input) {
-    (void)class;
-    ERROR(error);
-    void *memory;
-    ml2s_result result = structures_in(env, input, sizeof(ml2s_input), &memory)
-                             ? ml2s_poll_input((ml2s_handle)handle, memory, &error)
-                             : ML2S_INVALID_ARGUMENT;
-    return result != ML2S_TIMEOUT && !failure_throw(env, result, &error);
 }
 
 static jboolean color_pose(JNIEnv *env, jclass class, jlong handle, jlong device_nanos, jobject pose) {
     (void)class;
     ERROR(error);
     void *memory;
-    ml2s_result result = structures_in(env, pose, sizeof(ml2s_pose), &memory)
+    ml2s_result result = structures_in(env, pose, sizeof(ml2s_reading), &memory)
                              ? ml2s_color_pose((ml2s_handle)handle, device_nanos, memory, &error)
                              : ML2S_INVALID_ARGUMENT;
     return result != ML2S_NO_POSE && !failure_throw(env, result, &error);
@@ -243,15 +233,13 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("now", "()J", now),
         METHOD("boottimeOf", "(J)J", boottime_of),
         METHOD("frameLayout", "()[I", layout_frame),
-        METHOD("poseLayout", "()[I", layout_pose),
-        METHOD("inputLayout", "()[I", layout_input),
+        METHOD("readingLayout", "()[I", layout_reading),
         METHOD("settingsLayout", "()[I", layout_settings),
         METHOD("check", "(II)V", check),
         METHOD("open", "(Ljava/nio/ByteBuffer;)J", open),
         METHOD("configure", "(JLjava/nio/ByteBuffer;)V", configure),
         METHOD("poll", "(JJLjava/nio/ByteBuffer;)I", poll),
-        METHOD("pollPoses", "(JLjava/nio/ByteBuffer;)I", poll_poses),
-        METHOD("pollInput", "(JLjava/nio/ByteBuffer;)Z", poll_input),
+        METHOD("pollReadings", "(JLjava/nio/ByteBuffer;)I", poll_readings),
         METHOD("colorPose", "(JJLjava/nio/ByteBuffer;)Z", color_pose),
         METHOD("listRates", "(J)[I", list_rates),
         METHOD("close", "(J)V", close),

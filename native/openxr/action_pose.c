@@ -9,8 +9,9 @@ ml2s_result action_pose_end(struct action_pose *pose, ml2s_error *error) {
     return xr_end(result, error);
 }
 
-ml2s_result action_pose_poll(const struct action_pose *pose, ml2s_pose *out, ml2s_error *error) {
+ml2s_result action_pose_poll(const struct action_pose *pose, struct readings *readings, ml2s_error *error) {
     struct poses_time now;
+    ml2s_reading reading;
     XrPosef located;
     bool is_tracked;
     ml2s_result result = xr_handle_events(error);
@@ -18,6 +19,7 @@ ml2s_result action_pose_poll(const struct action_pose *pose, ml2s_pose *out, ml2
         (result = poses_locate(pose->space, now.time, &located, &is_tracked, error))) {
         return result;
     }
-    poses_fill(out, pose->stream, &now, &located, is_tracked);
+    poses_fill(&reading, pose->stream, &now, &located, is_tracked);
+    readings_add(readings, &reading);
     return ML2S_OK;
 }

@@ -1,6 +1,7 @@
 /** Sensors that are the pose of one action. */
 #pragma once
 
+#include "../sources/source.h"
 #include "actions.h"
 
 /** Belongs to the thread that opened the sensor. */
@@ -12,5 +13,5 @@ struct action_pose {
 /** Destroys the space and releases the session. */
 ml2s_result action_pose_end(struct action_pose *pose, ml2s_error *error);
 
-/** Returns the current pose, which can be untracked. */
-ml2s_result action_pose_poll(const struct action_pose *pose, ml2s_pose *out, ml2s_error *error);
+/** Adds the current pose, which can be untracked. */
+ml2s_result action_pose_poll(const struct action_pose *pose, struct readings *readings, ml2s_error *error);

@@ -21,14 +21,13 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return action_pose_end(&controller, error);
 }
 
-static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    *count = 1;
-    return action_pose_poll(&controller, poses, error);
+    return action_pose_poll(&controller, readings, error);
 }
 
 const struct source_ops openxr_controller = {
-    .require = xr_require, .open = begin, .poll_poses = poll_poses, .close = end};
+    .require = xr_require, .open = begin, .poll_readings = poll_readings, .close = end};
 
 static ml2s_result prepare_input(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
@@ -44,42 +43,45 @@ static ml2s_result end_input(const ml2s_settings *settings, ml2s_error *error) {
     return xr_end(ML2S_OK, error);
 }
 
-static ml2s_result read_touch(ml2s_input *input, ml2s_error *error) {
+static ml2s_result read_touch(float *values, ml2s_error *error) {
     XrActionStateBoolean touch;
     ml2s_result result = actions_get_bool(ACTION_TOUCH, &touch, error);
-    input->is_touched = touch.isActive && touch.currentState;
-    if (result || !input->is_touched || (result = actions_get_float(ACTION_TOUCH_X, &input->touch[0], error)) ||
-        (result = actions_get_float(ACTION_TOUCH_Y, &input->touch[1], error))) {
+    bool is_touched = touch.isActive && touch.currentState;
+    values[ML2S_INPUT_TOUCHED] = is_touched;
+    if (result || !is_touched || (result = actions_get_float(ACTION_TOUCH_X, &values[ML2S_INPUT_TOUCH_X], error)) ||
+        (result = actions_get_float(ACTION_TOUCH_Y, &values[ML2S_INPUT_TOUCH_Y], error))) {
         return result;
     }
-    return actions_get_float(ACTION_FORCE, &input->force, error);
+    return actions_get_float(ACTION_FORCE, &values[ML2S_INPUT_FORCE], error);
 }
 
-static ml2s_result read_buttons(ml2s_input *input, ml2s_error *error) {
+static ml2s_result read_buttons(ml2s_reading *input, ml2s_error *error) {
     XrActionStateBoolean bumper, menu;
     ml2s_result result = actions_get_bool(ACTION_BUMPER, &bumper, error);
     if (result || (result = actions_get_bool(ACTION_MENU, &menu, error)) ||
-        (result = actions_get_float(ACTION_TRIGGER, &input->trigger, error))) {
+        (result = actions_get_float(ACTION_TRIGGER, &input->values[ML2S_INPUT_TRIGGER], error))) {
         return result;
     }
-    input->is_connected = bumper.isActive;
-    input->bumper = bumper.isActive && bumper.currentState;
-    input->menu = menu.isActive && menu.currentState;
-    return read_touch(input, error);
+    input->is_tracked = bumper.isActive;
+    input->values[ML2S_INPUT_BUMPER] = bumper.isActive && bumper.currentState;
+    input->values[ML2S_INPUT_MENU] = menu.isActive && menu.currentState;
+    return read_touch(input->values, error);
 }
 
-static ml2s_result poll_input(const ml2s_settings *settings, ml2s_input *input, ml2s_error *error) {
+static ml2s_result poll_input(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
     struct poses_time now;
-    *input = (ml2s_input){0};
     ml2s_result result = xr_handle_events(error);
     if (result || (result = actions_sync(error)) || (result = poses_now(&now, error))) {
         return result;
     }
-    input->device_nanos = now.time;
-    input->capture_nanos = now.boottime_nanos;
-    return read_buttons(input, error);
+    ml2s_reading input;
+    poses_fill(&input, ML2S_STREAM_CONTROLLER_JOY, &now, NULL, false);
+    if (!(result = read_buttons(&input, error))) {
+        readings_add(readings, &input);
+    }
+    return result;
 }
 
 const struct source_ops openxr_controller_input = {
-    .require = xr_require, .open = begin_input, .poll_input = poll_input, .close = end_input};
+    .require = xr_require, .open = begin_input, .poll_readings = poll_input, .close = end_input};

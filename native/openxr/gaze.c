@@ -34,10 +34,10 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return action_pose_end(&gaze, error);
 }
 
-static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    *count = 1;
-    return action_pose_poll(&gaze, poses, error);
+    return action_pose_poll(&gaze, readings, error);
 }
 
-const struct source_ops openxr_gaze = {.require = xr_require, .open = begin, .poll_poses = poll_poses, .close = end};
+const struct source_ops openxr_gaze = {
+    .require = xr_require, .open = begin, .poll_readings = poll_readings, .close = end};

@@ -57,8 +57,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return xr_end(destroy_trackers(error), error);
 }
 
-static ml2s_result locate(uint32_t hand, const struct poses_time *now, ml2s_pose *poses, uint32_t *count,
-                          ml2s_error *error) {
+static ml2s_result locate(uint32_t hand, const struct poses_time *now, struct readings *readings, ml2s_error *error) {
     XrHandJointLocationEXT joints[XR_HAND_JOINT_COUNT_EXT];
     XrHandJointsLocateInfoEXT info = {XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT, NULL, xr.world, now->time};
     XrHandJointLocationsEXT located = {
@@ -69,24 +68,27 @@ static ml2s_result locate(uint32_t hand, const struct poses_time *now, ml2s_pose
     }
     for (uint32_t i = 0; i < XR_HAND_JOINT_COUNT_EXT; i++) {
         bool is_tracked = located.isActive && poses_is_tracked(joints[i].locationFlags, &joints[i].pose);
-        poses_fill(&poses[(*count)++], hands[hand].stream, now, &joints[i].pose, is_tracked);
+        ml2s_reading joint;
+        poses_fill(&joint, hands[hand].stream, now, &joints[i].pose, is_tracked);
+        joint.id = i;
+        readings_add(readings, &joint);
     }
     return ML2S_OK;
 }
 
-static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     struct poses_time now;
     ml2s_result result = xr_handle_events(error);
     if (!result) {
         result = poses_now(&now, error);
     }
-    *count = 0;
     for (uint32_t i = 0; i < HANDS && !result; i++) {
         if (settings->streams & ML2S_STREAM_BIT(hands[i].stream)) {
-            result = locate(i, &now, poses, count, error);
+            result = locate(i, &now, readings, error);
         }
     }
     return result;
 }
 
-const struct source_ops openxr_hands = {.require = xr_require, .open = begin, .poll_poses = poll_poses, .close = end};
+const struct source_ops openxr_hands = {
+    .require = xr_require, .open = begin, .poll_readings = poll_readings, .close = end};

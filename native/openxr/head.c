@@ -36,20 +36,22 @@ static uint32_t events_of(bool is_tracked) {
     return events;
 }
 
-static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
     struct poses_time now;
     XrPosef pose;
+    ml2s_reading reading;
     bool is_tracked;
     ml2s_result result = xr_handle_events(error);
     if (result || (result = poses_now(&now, error)) ||
         (result = poses_locate(view, now.time, &pose, &is_tracked, error))) {
         return result;
     }
-    poses_fill(poses, ML2S_STREAM_HEAD_POSE, &now, &pose, is_tracked);
-    poses->events = events_of(is_tracked);
-    *count = 1;
+    poses_fill(&reading, ML2S_STREAM_HEAD_POSE, &now, &pose, is_tracked);
+    reading.events = events_of(is_tracked);
+    readings_add(readings, &reading);
     return ML2S_OK;
 }
 
-const struct source_ops openxr_head = {.require = xr_require, .open = begin, .poll_poses = poll_poses, .close = end};
+const struct source_ops openxr_head = {
+    .require = xr_require, .open = begin, .poll_readings = poll_readings, .close = end};

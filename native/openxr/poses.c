@@ -41,8 +41,9 @@ ml2s_result poses_locate(XrSpace space, XrTime time, XrPosef *pose, bool *is_tra
     return located == XR_ERROR_TIME_INVALID ? ML2S_OK : xr_result_of(located, "xrLocateSpace", error);
 }
 
-void poses_fill(ml2s_pose *out, uint32_t stream, const struct poses_time *now, const XrPosef *pose, bool is_tracked) {
-    *out = (ml2s_pose){
+void poses_fill(ml2s_reading *out, uint32_t stream, const struct poses_time *now, const XrPosef *pose,
+                bool is_tracked) {
+    *out = (ml2s_reading){
         .stream = stream, .capture_nanos = now->boottime_nanos, .device_nanos = now->time, .is_tracked = is_tracked};
     if (is_tracked) {
         memcpy(out->rotation, &pose->orientation, sizeof out->rotation);

@@ -21,4 +21,4 @@ bool poses_is_tracked(XrSpaceLocationFlags flags, const XrPosef *pose);
 ml2s_result poses_locate(XrSpace space, XrTime time, XrPosef *pose, bool *is_tracked, ml2s_error *error);
 
 /** Sets all fields of out; struct_size is 0. pose is read only if is_tracked. */
-void poses_fill(ml2s_pose *out, uint32_t stream, const struct poses_time *now, const XrPosef *pose, bool is_tracked);
+void poses_fill(ml2s_reading *out, uint32_t stream, const struct poses_time *now, const XrPosef *pose, bool is_tracked);

@@ -29,7 +29,7 @@ extern "C" {
 #endif
 
 #define ML2S_API __attribute__((visibility("default")))
-#define ML2S_ABI_VERSION 2u
+#define ML2S_ABI_VERSION 3u
 #define ML2S_MAX_SLOTS 8u
 #define ML2S_NO_SLOT UINT32_MAX
 /** `stream | ML2S_ENCODED` names a stream's slots for encoded images, a second set beside those of its frames. */
@@ -86,12 +86,12 @@ typedef enum ml2s_sensor {
     ML2S_SENSOR_DEPTH = 1, /**< ML2S_STREAM_DEPTH or ML2S_STREAM_INFRA, one at a time. */
     ML2S_SENSOR_WORLD = 2, /**< Any of ML2S_STREAM_WORLD_*. */
     ML2S_SENSOR_EYE = 3,   /**< Any of ML2S_STREAM_EYE_*. */
-    ML2S_SENSOR_HEAD = 4,  /**< ML2S_STREAM_HEAD_POSE, by ml2s_poll_poses. */
+    ML2S_SENSOR_HEAD = 4,  /**< ML2S_STREAM_HEAD_POSE, by ml2s_poll_readings. */
     ML2S_SENSOR_COLOR = 5, /**< SDK: only ml2s_color_pose. OpenXR: ML2S_STREAM_COLOR or ML2S_STREAM_MIXED_REALITY. */
-    ML2S_SENSOR_GAZE = 6,  /**< ML2S_STREAM_GAZE, by ml2s_poll_poses. */
-    ML2S_SENSOR_HANDS = 7, /**< ML2S_STREAM_HAND_*, by ml2s_poll_poses. */
-    ML2S_SENSOR_CONTROLLER = 8,       /**< ML2S_STREAM_CONTROLLER, by ml2s_poll_poses. */
-    ML2S_SENSOR_CONTROLLER_INPUT = 9, /**< ML2S_STREAM_CONTROLLER_JOY, by ml2s_poll_input. */
+    ML2S_SENSOR_GAZE = 6,  /**< ML2S_STREAM_GAZE, by ml2s_poll_readings. */
+    ML2S_SENSOR_HANDS = 7, /**< ML2S_STREAM_HAND_*, by ml2s_poll_readings. */
+    ML2S_SENSOR_CONTROLLER = 8,       /**< ML2S_STREAM_CONTROLLER, by ml2s_poll_readings. */
+    ML2S_SENSOR_CONTROLLER_INPUT = 9, /**< ML2S_STREAM_CONTROLLER_JOY, by ml2s_poll_readings. */
 } ml2s_sensor;
 
 enum {
@@ -183,33 +183,32 @@ enum {
     ML2S_TRACKING_NEW_SESSION = 1u << 3,     /**< Poses are in a new world. */
 };
 
-/** A pose in the world at one instant. */
-typedef struct ml2s_pose {
-    uint32_t struct_size;
-    uint32_t stream;       /**< ml2s_stream */
-    int64_t capture_nanos; /**< CLOCK_BOOTTIME of the instant. */
-    int64_t device_nanos;  /**< The same instant as MLTime or XrTime. */
-    float rotation[4];     /**< In the world: x, y, z, w. */
-    float position[3];     /**< In the world. */
-    uint32_t is_tracked;   /**< 0: rotation and position are not valid. */
-    uint32_t events;       /**< ML2S_TRACKING_* since the last poll. */
-    uint32_t reserved;
-} ml2s_pose;
-
-/** Buttons, trigger and touchpad of the controller at one instant. All are 0 while it is not connected. */
-typedef struct ml2s_input {
-    uint32_t struct_size;
-    uint32_t is_connected; /**< 0: the headset has no controller. */
-    int64_t capture_nanos; /**< CLOCK_BOOTTIME at which the state was read; the device gives no time. */
-    int64_t device_nanos;  /**< The same instant as MLTime or XrTime. */
-    float trigger;         /**< 0: released, 1: pulled. */
-    uint32_t bumper;       /**< 1: pressed. */
-    uint32_t menu;         /**< 1: pressed. */
-    uint32_t is_touched;   /**< 1: a finger is on the touchpad. */
-    float touch[2];        /**< Where it is: x to the right and y away from the user, -1 to 1. 0 without a finger. */
-    float force;           /**< How hard it presses, 0 to 1. */
-    uint32_t reserved;
+/** The indices of ml2s_reading.values for ML2S_STREAM_CONTROLLER_JOY. */
+typedef enum ml2s_input {
+    ML2S_INPUT_TRIGGER = 0, /**< 0: released, 1: pulled. */
+    ML2S_INPUT_BUMPER = 1,  /**< 1: pressed. */
+    ML2S_INPUT_MENU = 2,    /**< 1: pressed. */
+    ML2S_INPUT_TOUCHED = 3, /**< 1: a finger is on the touchpad. Without one, the following are 0. */
+    ML2S_INPUT_TOUCH_X = 4, /**< Where it is, to the right: -1 to 1. */
+    ML2S_INPUT_TOUCH_Y = 5, /**< Where it is, away from the user: -1 to 1. */
+    ML2S_INPUT_FORCE = 6,   /**< How hard it presses, 0 to 1. */
+    ML2S_INPUT_COUNT = 7,   /**< The number of values. */
 } ml2s_input;
+
+/** What a sensor without images tells of one thing at one instant. */
+typedef struct ml2s_reading {
+    uint32_t struct_size;
+    uint32_t stream;                /**< ml2s_stream */
+    int64_t capture_nanos;          /**< CLOCK_BOOTTIME of the instant. */
+    int64_t device_nanos;           /**< The same instant as MLTime or XrTime. */
+    uint64_t id;                    /**< Which thing of the stream: a joint by XrHandJointEXT; else 0. */
+    float rotation[4];              /**< In the world: x, y, z, w. */
+    float position[3];              /**< In the world. */
+    uint32_t is_tracked;            /**< 0: not seen or not connected; rotation, position and values are not valid. */
+    uint32_t events;                /**< ML2S_TRACKING_* since the last poll. */
+    float values[ML2S_INPUT_COUNT]; /**< By ml2s_input; 0 for streams of poses. */
+    char name[256];                 /**< Zero-terminated UTF-8: what the thing is called; empty without a name. */
+} ml2s_reading;
 
 /** A piece of memory. That of a slot begins at a page. */
 typedef struct ml2s_memory {
@@ -251,18 +250,15 @@ ML2S_API ml2s_result ml2s_poll(ml2s_handle handle, uint64_t timeout_nanos, ml2s_
                                uint32_t *count, ml2s_error *error);
 
 /**
- * Returns the current poses: one for HEAD, GAZE and CONTROLLER, and 26 per hand for HANDS, in the order of
- * XrHandJointEXT. Each pose can be untracked.
+ * Returns the current readings: one for HEAD, GAZE, CONTROLLER and CONTROLLER_INPUT, and 26 per hand for HANDS, in the
+ * order of XrHandJointEXT. Each can be untracked. What exceeds capacity is left out.
  */
-ML2S_API ml2s_result ml2s_poll_poses(ml2s_handle handle, ml2s_pose *poses, uint32_t capacity, uint32_t *count,
-                                     ml2s_error *error);
-
-/** Returns the current buttons, trigger and touchpad of CONTROLLER_INPUT. */
-ML2S_API ml2s_result ml2s_poll_input(ml2s_handle handle, ml2s_input *input, ml2s_error *error);
+ML2S_API ml2s_result ml2s_poll_readings(ml2s_handle handle, ml2s_reading *readings, uint32_t capacity, uint32_t *count,
+                                        ml2s_error *error);
 
 /** Returns the pose of the colour camera at device_nanos. The device keeps a short history: call it for each new frame.
  */
-ML2S_API ml2s_result ml2s_color_pose(ml2s_handle handle, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error);
+ML2S_API ml2s_result ml2s_color_pose(ml2s_handle handle, int64_t device_nanos, ml2s_reading *pose, ml2s_error *error);
 
 /**
  * Returns the rates in Hz that the device offers for the streams of an open handle, up to capacity. Only DEPTH with

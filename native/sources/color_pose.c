@@ -26,10 +26,11 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
 }
 
 /** Returns ML2S_NO_POSE after any failure, so that the image is still delivered. */
-static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error) {
+static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nanos, ml2s_reading *pose,
+                              ml2s_error *error) {
     (void)settings;
     MLTransform transform;
-    *pose = (ml2s_pose){.stream = ML2S_STREAM_COLOR, .device_nanos = device_nanos};
+    *pose = (ml2s_reading){.stream = ML2S_STREAM_COLOR, .device_nanos = device_nanos};
     // In an app that renders with OpenXR, poses are current only while snapshots are taken.
     if (result_of(snapshot_touch(), "MLPerceptionGetSnapshot", error) ||
         SDK_CALL(error, cv, MLCVCameraGetFramePose, camera_tracker, head_tracker, MLCVCameraID_ColorCamera,

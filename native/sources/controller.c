@@ -27,7 +27,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
                                     error);
 }
 
-static ml2s_result locate(const MLCoordinateFrameUID *frame, ml2s_pose *pose, ml2s_error *error) {
+static ml2s_result locate(const MLCoordinateFrameUID *frame, ml2s_reading *pose, ml2s_error *error) {
     struct snapshot snapshot;
     ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
     if (result) {
@@ -41,23 +41,26 @@ static ml2s_result locate(const MLCoordinateFrameUID *frame, ml2s_pose *pose, ml
     return snapshot_release(snapshot, result, error);
 }
 
-static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
     MLControllerSystemStateEx state;
     MLControllerSystemStateExInit(&state);
+    ml2s_reading pose;
     ml2s_result result;
-    if ((result = SDK_CALL(error, controller, MLControllerGetStateEx, tracker, &state)) ||
-        (result = pose_begin(poses, ML2S_STREAM_CONTROLLER, error))) {
-        return result;
-    }
-    *count = 1;
     // With rotation only, the position is where the controller was last seen, which a pose cannot say.
     const MLControllerStateEx *controller = &state.controller_state[0];
-    return controller->status == MLControllerStatus_Active ? locate(&controller->coord_frame_controller, poses, error)
-                                                           : ML2S_OK;
+    if ((result = SDK_CALL(error, controller, MLControllerGetStateEx, tracker, &state)) ||
+        (result = pose_begin(&pose, ML2S_STREAM_CONTROLLER, error)) ||
+        (controller->status == MLControllerStatus_Active &&
+         (result = locate(&controller->coord_frame_controller, &pose, error)))) {
+        return result;
+    }
+    readings_add(readings, &pose);
+    return ML2S_OK;
 }
 
-const struct source_ops source_controller = {.require = require, .open = begin, .poll_poses = poll_poses, .close = end};
+const struct source_ops source_controller = {
+    .require = require, .open = begin, .poll_readings = poll_readings, .close = end};
 
 static MLHandle input_tracker = ML_INVALID_HANDLE;
 
@@ -80,39 +83,41 @@ static ml2s_result end_input(const ml2s_settings *settings, ml2s_error *error) {
 }
 
 /** Copies the state of a connected controller. Only the first touch counts: the controller tells one finger apart. */
-static ml2s_result copy_input(const MLInputControllerStateEx *from, ml2s_input *input, ml2s_error *error) {
+static ml2s_result copy_input(const MLInputControllerStateEx *from, ml2s_reading *input, ml2s_error *error) {
     const MLVec3f *touch = &from->touch_pos_and_force[0];
-    const float values[] = {from->trigger_normalized, touch->x, touch->y, touch->z};
-    if (!are_finite(values, 4)) {
+    bool is_touched = from->is_touch_active[0];
+    const float values[ML2S_INPUT_COUNT] = {
+        [ML2S_INPUT_TRIGGER] = from->trigger_normalized,
+        [ML2S_INPUT_BUMPER] = from->button_state[MLInputControllerButton_Bumper],
+        [ML2S_INPUT_MENU] = from->button_state[MLInputControllerButton_Menu],
+        [ML2S_INPUT_TOUCHED] = is_touched,
+        [ML2S_INPUT_TOUCH_X] = is_touched ? touch->x : 0,
+        [ML2S_INPUT_TOUCH_Y] = is_touched ? touch->y : 0,
+        [ML2S_INPUT_FORCE] = is_touched ? touch->z : 0,
+    };
+    if (!are_finite(values, ML2S_INPUT_COUNT)) {
         return error_set(error, ML2S_VENDOR_FAILURE, 0,
                          "MLInputGetControllerStateEx: trigger or touch is not a number, expected -1 to 1");
     }
-    input->is_connected = 1;
-    input->trigger = from->trigger_normalized;
-    input->bumper = from->button_state[MLInputControllerButton_Bumper];
-    input->menu = from->button_state[MLInputControllerButton_Menu];
-    input->is_touched = from->is_touch_active[0];
-    if (input->is_touched) {
-        input->touch[0] = touch->x;
-        input->touch[1] = touch->y;
-        input->force = touch->z;
-    }
+    input->is_tracked = 1;
+    memcpy(input->values, values, sizeof values);
     return ML2S_OK;
 }
 
-static ml2s_result poll_input(const ml2s_settings *settings, ml2s_input *input, ml2s_error *error) {
+static ml2s_result poll_input(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
     MLInputControllerStateEx states[MLInput_MaxControllers];
     MLInputControllerStateExInit(states);
-    *input = (ml2s_input){0};
+    ml2s_reading input;
     ml2s_result result;
     if ((result = SDK_CALL(error, input, MLInputGetControllerStateEx, input_tracker, states)) ||
-        (result = clock_mltime_now(&input->device_nanos, error)) ||
-        (result = clock_boottime_of_mltime(input->device_nanos, &input->capture_nanos, error))) {
+        (result = pose_begin(&input, ML2S_STREAM_CONTROLLER_JOY, error)) ||
+        (states[0].is_connected && (result = copy_input(&states[0], &input, error)))) {
         return result;
     }
-    return states[0].is_connected ? copy_input(&states[0], input, error) : ML2S_OK;
+    readings_add(readings, &input);
+    return ML2S_OK;
 }
 
 const struct source_ops source_controller_input = {
-    .require = require_input, .open = begin_input, .poll_input = poll_input, .close = end_input};
+    .require = require_input, .open = begin_input, .poll_readings = poll_input, .close = end_input};

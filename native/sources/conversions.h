@@ -65,13 +65,13 @@ static inline ml2s_result frame_set_time(ml2s_frame *frame, MLTime time, ml2s_er
 }
 
 /** Makes an untracked pose with the current time. */
-static inline ml2s_result pose_begin(ml2s_pose *pose, uint32_t stream, ml2s_error *error) {
-    *pose = (ml2s_pose){.stream = stream};
+static inline ml2s_result pose_begin(ml2s_reading *pose, uint32_t stream, ml2s_error *error) {
+    *pose = (ml2s_reading){.stream = stream};
     ml2s_result result = clock_mltime_now(&pose->device_nanos, error);
     return result ? result : clock_boottime_of_mltime(pose->device_nanos, &pose->capture_nanos, error);
 }
 
-static inline void pose_set(ml2s_pose *pose, const MLTransform *transform) {
+static inline void pose_set(ml2s_reading *pose, const MLTransform *transform) {
     memcpy(pose->rotation, &transform->rotation, sizeof pose->rotation);
     memcpy(pose->position, &transform->position, sizeof pose->position);
     pose->is_tracked = is_pose(pose->rotation, pose->position);

@@ -48,7 +48,7 @@ static MLTransform average(const MLTransform *left, const MLTransform *right) {
     };
 }
 
-static ml2s_result locate(ml2s_pose *pose, ml2s_error *error) {
+static ml2s_result locate(ml2s_reading *pose, ml2s_error *error) {
     struct snapshot snapshot;
     ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
     if (result) {
@@ -70,17 +70,19 @@ static bool are_seen(const MLEyeTrackingStateEx *state) {
     return !state->error && state->left_center_confidence > 0 && state->right_center_confidence > 0;
 }
 
-static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
     MLEyeTrackingStateEx state;
     MLEyeTrackingStateInit(&state);
+    ml2s_reading pose;
     ml2s_result result;
     if ((result = SDK_CALL(error, eye_tracking, MLEyeTrackingGetStateEx, tracker, &state)) ||
-        (result = pose_begin(poses, ML2S_STREAM_GAZE, error))) {
+        (result = pose_begin(&pose, ML2S_STREAM_GAZE, error)) ||
+        (are_seen(&state) && (result = locate(&pose, error)))) {
         return result;
     }
-    *count = 1;
-    return are_seen(&state) ? locate(poses, error) : ML2S_OK;
+    readings_add(readings, &pose);
+    return ML2S_OK;
 }
 
-const struct source_ops source_gaze = {.require = require, .open = begin, .poll_poses = poll_poses, .close = end};
+const struct source_ops source_gaze = {.require = require, .open = begin, .poll_readings = poll_readings, .close = end};

@@ -112,6 +112,14 @@ ml2s_result ml2s_configure(ml2s_handle id, const ml2s_settings *settings, ml2s_e
     return result;
 }
 
+void readings_add(struct readings *readings, const ml2s_reading *reading) {
+    if (readings->count < readings->capacity) {
+        uint8_t *structure = readings->memory + (size_t)readings->count++ * readings->struct_size;
+        memcpy(structure, reading, sizeof *reading);
+        memcpy(structure, &readings->struct_size, sizeof readings->struct_size);
+    }
+}
+
 /** Copies count structures of size bytes into those of the caller, which can be larger. */
 static void copy_out(void *to, const void *from, uint32_t size, uint32_t count) {
     uint32_t caller_size = *(const uint32_t *)to;
@@ -157,46 +165,24 @@ ml2s_result ml2s_poll(ml2s_handle id, uint64_t timeout_nanos, ml2s_frame *frames
     return set.count ? ML2S_OK : ML2S_TIMEOUT;
 }
 
-ml2s_result ml2s_poll_poses(ml2s_handle id, ml2s_pose *poses, uint32_t capacity, uint32_t *count, ml2s_error *error) {
+ml2s_result ml2s_poll_readings(ml2s_handle id, ml2s_reading *readings, uint32_t capacity, uint32_t *count,
+                               ml2s_error *error) {
     struct handle *handle;
     ml2s_result result = find(id, &handle, error);
     if (result) {
         return result;
     }
-    if (!handle->ops->poll_poses || !poses || !capacity || !count || poses->struct_size < sizeof *poses) {
+    if (!handle->ops->poll_readings || !readings || !capacity || !count || readings->struct_size < sizeof *readings) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0,
-                         "ml2s_poll_poses: the sensor gives no poses, or poses, capacity or count is 0");
+                         "ml2s_poll_readings: the sensor gives frames, or readings, capacity or count is 0");
     }
-    *count = 0;
-    ml2s_pose found[SOURCE_MAX_POSES];
-    uint32_t found_count = 0;
-    result = handle->ops->poll_poses(&handle->settings, found, &found_count, error);
-    if (!result) {
-        *count = found_count < capacity ? found_count : capacity;
-        copy_out(poses, found, sizeof *found, *count);
-    }
+    struct readings found = {(uint8_t *)readings, readings->struct_size, capacity, 0};
+    result = handle->ops->poll_readings(&handle->settings, &found, error);
+    *count = result ? 0 : found.count;
     return result;
 }
 
-ml2s_result ml2s_poll_input(ml2s_handle id, ml2s_input *input, ml2s_error *error) {
-    struct handle *handle;
-    ml2s_result result = find(id, &handle, error);
-    if (result) {
-        return result;
-    }
-    if (!handle->ops->poll_input || !input || input->struct_size < sizeof *input) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0,
-                         "ml2s_poll_input: the sensor has no buttons, or input is null or too small");
-    }
-    ml2s_input found;
-    result = handle->ops->poll_input(&handle->settings, &found, error);
-    if (!result) {
-        copy_out(input, &found, sizeof found, 1);
-    }
-    return result;
-}
-
-ml2s_result ml2s_color_pose(ml2s_handle id, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error) {
+ml2s_result ml2s_color_pose(ml2s_handle id, int64_t device_nanos, ml2s_reading *pose, ml2s_error *error) {
     struct handle *handle;
     ml2s_result result = find(id, &handle, error);
     if (result) {
@@ -206,10 +192,10 @@ ml2s_result ml2s_color_pose(ml2s_handle id, int64_t device_nanos, ml2s_pose *pos
         return error_set(error, ML2S_INVALID_ARGUMENT, 0,
                          "ml2s_color_pose: the sensor gives no colour pose, or pose is null");
     }
-    ml2s_pose found;
+    ml2s_reading found;
     result = handle->ops->color_pose(&handle->settings, device_nanos, &found, error);
     if (!result) {
-        copy_out(pose, &found, sizeof found, 1);
+        readings_add(&(struct readings){(uint8_t *)pose, pose->struct_size, 1, 0}, &found);
     }
     return result;
 }

@@ -49,29 +49,32 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return result;
 }
 
-/** Sets the poses of the visible joints of a hand. */
+/** Adds the joints of a hand, each as it was made by now; those that are visible have a pose. */
 static ml2s_result locate(const MLSnapshot *snapshot, uint32_t hand, const MLHandTrackingHandState *state,
-                          ml2s_pose *poses, ml2s_error *error) {
-    for (uint32_t i = 0; i < JOINTS && state->is_hand_detected; i++) {
+                          const ml2s_reading *now, struct readings *readings, ml2s_error *error) {
+    for (uint32_t i = 0; i < JOINTS; i++) {
+        ml2s_reading joint = *now;
         MLTransform transform;
-        if (!state->keypoints_mask[key_points[i]]) {
-            continue;
+        joint.stream = streams[hand];
+        joint.id = i;
+        if (state->is_hand_detected && state->keypoints_mask[key_points[i]]) {
+            ml2s_result result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot,
+                                          &frames.hand_cfuids[hand].keypoint_cfuids[key_points[i]], &transform);
+            if (!result) {
+                pose_set(&joint, &transform);
+            } else if (result != ML2S_NO_POSE) {
+                return result;
+            }
         }
-        ml2s_result result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot,
-                                      &frames.hand_cfuids[hand].keypoint_cfuids[key_points[i]], &transform);
-        if (!result) {
-            pose_set(&poses[i], &transform);
-        } else if (result != ML2S_NO_POSE) {
-            return result;
-        }
+        readings_add(readings, &joint);
     }
     return ML2S_OK;
 }
 
-static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     MLHandTrackingData data;
     MLHandTrackingDataInit(&data);
-    ml2s_pose now;
+    ml2s_reading now;
     struct snapshot snapshot;
     ml2s_result result;
     if ((result = SDK_CALL(error, hand_tracking, MLHandTrackingGetData, tracker, &data)) ||
@@ -79,19 +82,12 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
         return result;
     }
     for (uint32_t hand = 0; hand < MLHandTrackingHandType_Count && !result; hand++) {
-        if (!(settings->streams & ML2S_STREAM_BIT(streams[hand]))) {
-            continue;
+        if (settings->streams & ML2S_STREAM_BIT(streams[hand])) {
+            result = locate(snapshot.of, hand, &data.hand_state[hand], &now, readings, error);
         }
-        now.stream = streams[hand];
-        for (uint32_t i = 0; i < JOINTS; i++) {
-            poses[*count + i] = now;
-        }
-        result = locate(snapshot.of, hand, &data.hand_state[hand], &poses[*count], error);
-        *count += JOINTS;
     }
     return snapshot_release(snapshot, result, error);
 }
 
-_Static_assert(MLHandTrackingHandType_Count *JOINTS == SOURCE_MAX_POSES, "joints of two hands");
-
-const struct source_ops source_hands = {.require = require, .open = begin, .poll_poses = poll_poses, .close = end};
+const struct source_ops source_hands = {
+    .require = require, .open = begin, .poll_readings = poll_readings, .close = end};

@@ -31,7 +31,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return result;
 }
 
-static ml2s_result locate(ml2s_pose *pose, ml2s_error *error) {
+static ml2s_result locate(ml2s_reading *pose, ml2s_error *error) {
     struct snapshot snapshot;
     ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
     if (result) {
@@ -45,24 +45,25 @@ static ml2s_result locate(ml2s_pose *pose, ml2s_error *error) {
     return snapshot_release(snapshot, result, error);
 }
 
-static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
     MLHeadTrackingStateEx state;
     MLHeadTrackingStateExInit(&state);
     uint64_t fetched = 0;
+    ml2s_reading pose;
     ml2s_result result;
     if ((result = SDK_CALL(error, head, MLHeadTrackingGetStateEx, tracker, &state)) ||
         (result = SDK_CALL(error, head, MLHeadTrackingGetMapEvents, tracker, &fetched))) {
         return result;
     }
     events |= fetched;
-    if ((result = pose_begin(poses, ML2S_STREAM_HEAD_POSE, error)) ||
-        (state.status == MLHeadTrackingStatus_Valid && (result = locate(poses, error)))) {
+    if ((result = pose_begin(&pose, ML2S_STREAM_HEAD_POSE, error)) ||
+        (state.status == MLHeadTrackingStatus_Valid && (result = locate(&pose, error)))) {
         return result;
     }
-    poses->events = (uint32_t)events; // ML2S_TRACKING_* are the vendor's bits.
+    pose.events = (uint32_t)events; // ML2S_TRACKING_* are the vendor's bits.
     events = 0;
-    *count = 1;
+    readings_add(readings, &pose);
     return ML2S_OK;
 }
 
@@ -72,4 +73,4 @@ _Static_assert((int)ML2S_TRACKING_LOST == (int)MLHeadTrackingMapEvent_Lost &&
                    (int)ML2S_TRACKING_NEW_SESSION == (int)MLHeadTrackingMapEvent_NewSession,
                "events of head tracking");
 
-const struct source_ops source_head = {.require = require, .open = begin, .poll_poses = poll_poses, .close = end};
+const struct source_ops source_head = {.require = require, .open = begin, .poll_readings = poll_readings, .close = end};

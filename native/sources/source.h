@@ -10,10 +10,16 @@
 #include "../sdk/ml2s.h"
 #include "frameset.h"
 
-enum {
-    SOURCE_MAX_FRAMES = 4, /**< Frames of one poll: four eye cameras. */
-    SOURCE_MAX_POSES = 52, /**< Poses of one poll: 26 joints of two hands. */
+enum { SOURCE_MAX_FRAMES = 4 }; /**< Frames of one poll: four eye cameras. */
+
+/** Where the readings of one poll go: memory of the caller, whose structures can be larger. */
+struct readings {
+    uint8_t *memory;
+    uint32_t struct_size, capacity, count;
 };
+
+/** Adds a reading with all fields except struct_size, if there is room. */
+void readings_add(struct readings *readings, const ml2s_reading *reading);
 
 struct source_ops {
     /** Checks that libraries and symbols exist. Called before open, and alone. Thread-safe. */
@@ -31,17 +37,15 @@ struct source_ops {
     /** Adds the frames of one capture to an empty set. After a failure the caller releases them. */
     ml2s_result (*poll)(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set, ml2s_error *error);
 
-    /** Returns up to SOURCE_MAX_POSES poses with all fields except struct_size. */
-    ml2s_result (*poll_poses)(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error);
-
-    /** Returns all fields except struct_size. */
-    ml2s_result (*poll_input)(const ml2s_settings *settings, ml2s_input *input, ml2s_error *error);
+    /** Adds the current readings. After a failure the caller uses none. */
+    ml2s_result (*poll_readings)(const ml2s_settings *settings, struct readings *readings, ml2s_error *error);
 
     /** Returns the rates of the streams, for sensors where they depend on the place. */
     ml2s_result (*list_rates)(const ml2s_settings *settings, uint32_t *rates_hz, uint32_t capacity, uint32_t *count,
                               ml2s_error *error);
 
-    ml2s_result (*color_pose)(const ml2s_settings *settings, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error);
+    ml2s_result (*color_pose)(const ml2s_settings *settings, int64_t device_nanos, ml2s_reading *pose,
+                              ml2s_error *error);
 
     /** Closes the source. It is closed afterwards, also after a failure. */
     ml2s_result (*close)(const ml2s_settings *settings, ml2s_error *error);

@@ -13,7 +13,7 @@ TEST_F(Borrowed, NoInstanceAndNoSessionIsMadeOrEnded) {
         const Sensor hands(kHands);
         EXPECT_EQ(head.result, ML2S_OK) << head.error.message;
         EXPECT_EQ(hands.result, ML2S_OK) << hands.error.message;
-        EXPECT_TRUE(head.pollPose().is_tracked);
+        EXPECT_TRUE(head.pollReading().is_tracked);
     }
     EXPECT_EQ(counters().instances_created, 1u);
     EXPECT_EQ(counters().sessions_created, 1u);
@@ -35,7 +35,7 @@ TEST_F(Borrowed, TheAppsEventsAreLeftToTheApp) {
     App app(kAll);
     ASSERT_EQ(app.lendSession(), ML2S_OK);
     Sensor head(kHead);
-    head.pollPose();
+    head.pollReading();
     for (const auto state : {XR_SESSION_STATE_IDLE, XR_SESSION_STATE_READY}) {
         const auto event = app.nextEvent();
         ASSERT_EQ(event.type, XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED);

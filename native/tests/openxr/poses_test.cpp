@@ -33,10 +33,10 @@ INSTANTIATE_TEST_SUITE_P(By, Poses, kEither, nameOf);
 
 TEST_P(Poses, TheHeadIsWhereItTrulyIsAtTheTimeOfThePose) {
     Sensor sensor(head);
-    EXPECT_EQ(sensor.pollPose().is_tracked, isSdk() ? 0u : 1u) << "the vendor's tracking has just begun";
+    EXPECT_EQ(sensor.pollReading().is_tracked, isSdk() ? 0u : 1u) << "the vendor's tracking has just begun";
     tracked(sensor);
     const int64_t before = ml2s_now();
-    const auto pose = sensor.pollPose();
+    const auto pose = sensor.pollReading();
     expectNow(before, pose.capture_nanos, pose.device_nanos);
     expectAt(pose, {});
     EXPECT_EQ(pose.events, 0u);
@@ -46,32 +46,32 @@ TEST_P(Poses, TrackingIsLostAndRecoveredOnceEach) {
     Sensor sensor(head);
     EXPECT_EQ(tracked(sensor)[0].events, 0u);
     headset("fault.head.tracking", "2");
-    const auto lost = sensor.pollPose();
+    const auto lost = sensor.pollReading();
     EXPECT_FALSE(lost.is_tracked);
     EXPECT_EQ(lost.events, ML2S_TRACKING_LOST);
-    EXPECT_EQ(sensor.pollPose().events, 0u);
+    EXPECT_EQ(sensor.pollReading().events, 0u);
     headset("fault.head.tracking", "0");
-    const auto recovered = sensor.pollPose();
+    const auto recovered = sensor.pollReading();
     EXPECT_TRUE(recovered.is_tracked);
     EXPECT_EQ(recovered.events, ML2S_TRACKING_RECOVERED);
-    EXPECT_EQ(sensor.pollPose().events, 0u);
+    EXPECT_EQ(sensor.pollReading().events, 0u);
 }
 
 TEST_P(Poses, ANewOriginOfTheWorldIsANewSession) {
     Sensor sensor(head);
     tracked(sensor);
     headset("fault.head.new_session", "1");
-    const auto pose = sensor.pollPose();
+    const auto pose = sensor.pollReading();
     EXPECT_EQ(pose.events, ML2S_TRACKING_NEW_SESSION);
     expectAt(pose, {});
-    EXPECT_EQ(sensor.pollPose().events, 0u);
+    EXPECT_EQ(sensor.pollReading().events, 0u);
 }
 
 TEST_P(Poses, GazeSwingsByTenDegreesBetweenTheEyes) {
     Sensor sensor(gaze);
     tracked(sensor);
     const int64_t before = ml2s_now();
-    const auto pose = sensor.pollPose();
+    const auto pose = sensor.pollReading();
     const double phase = static_cast<double>(pose.device_nanos % 4000000000) / 4e9;
     EXPECT_EQ(pose.stream, uint32_t{ML2S_STREAM_GAZE});
     expectNow(before, pose.capture_nanos, pose.device_nanos);
@@ -84,8 +84,14 @@ TEST_P(Poses, TwoHandsHaveTheirJointsInOrder) {
     ASSERT_EQ(poses.size(), 52u);
     for (uint32_t i = 0; i < 52; i++) {
         EXPECT_EQ(poses[i].stream, uint32_t{i < 26 ? ML2S_STREAM_HAND_LEFT : ML2S_STREAM_HAND_RIGHT});
+        EXPECT_EQ(poses[i].id, i % 26);
         expectAt(poses[i], jointInHead(i < 26 ? Side::Left : Side::Right, i % 26));
     }
+}
+
+TEST_P(Poses, WhatExceedsTheCapacityIsLeftOut) {
+    Sensor sensor(hands);
+    EXPECT_EQ(poll(sensor, 30).size(), 30u);
 }
 
 TEST_P(Poses, AHandOrAJointThatIsNotSeenIsUntrackedInItsPlace) {
@@ -113,7 +119,7 @@ TEST_P(Poses, AnUntrackedHeadsetTracksNeitherGazeNorHands) {
     Sensor eyes(gaze), both(hands);
     tracked(eyes);
     headset("fault.head.tracking", "1");
-    EXPECT_FALSE(eyes.pollPose().is_tracked);
+    EXPECT_FALSE(eyes.pollReading().is_tracked);
     for (const auto &pose : poll(both, 52)) {
         EXPECT_FALSE(pose.is_tracked);
     }
@@ -129,7 +135,7 @@ TEST_F(OpenXrPoses, GazeOpensAgainInASessionThatGoesOn) {
     const Sensor head(kHead);
     for (int i = 0; i < 2; i++) {
         Sensor gaze(kGaze);
-        EXPECT_TRUE(gaze.pollPose().is_tracked);
+        EXPECT_TRUE(gaze.pollReading().is_tracked);
     }
     EXPECT_EQ(counters().sessions_created, 1u);
 }
@@ -145,10 +151,10 @@ TEST_F(SdkPoses, ClosedEyesLookNowhere) {
     Sensor sensor(onSdk(kGaze));
     untilTracked(sensor, 1);
     headset("fault.gaze.closed", "1");
-    EXPECT_FALSE(sensor.pollPose().is_tracked);
+    EXPECT_FALSE(sensor.pollReading().is_tracked);
     EXPECT_EQ(sensor.result, ML2S_OK);
     headset("fault.gaze.closed", "0");
-    EXPECT_TRUE(sensor.pollPose().is_tracked);
+    EXPECT_TRUE(sensor.pollReading().is_tracked);
 }
 
 TEST_F(SdkPoses, WhatCannotBeOpenedIsNamedAndLeavesNothing) {

@@ -78,12 +78,12 @@ TEST_F(Standalone, ASessionThatDoesNotGetReadyIsGivenUp) {
 
 TEST_F(Standalone, ASessionThatIsStoppedGoesOnWhenTheRuntimeLetsIt) {
     Sensor gaze(kGaze);
-    EXPECT_TRUE(gaze.pollPose().is_tracked);
+    EXPECT_TRUE(gaze.pollReading().is_tracked);
     runtime("fault.session.stopping", "1");
-    EXPECT_FALSE(gaze.pollPose().is_tracked);
+    EXPECT_FALSE(gaze.pollReading().is_tracked);
     EXPECT_EQ(gaze.result, ML2S_OK);
     runtime("fault.session.stopping", "0");
-    EXPECT_TRUE(gaze.pollPose().is_tracked);
+    EXPECT_TRUE(gaze.pollReading().is_tracked);
 }
 
 TEST_F(Standalone, ALostSessionIsSaidAndComesBackWhenAllIsOpenedAgain) {
@@ -91,7 +91,7 @@ TEST_F(Standalone, ALostSessionIsSaidAndComesBackWhenAllIsOpenedAgain) {
         Sensor head(kHead), hands(kHands);
         runtime("fault.session.lost", "1");
         for (auto *sensor : {&head, &hands}) {
-            sensor->pollPose();
+            sensor->pollReading();
             EXPECT_EQ(sensor->result, ML2S_VENDOR_FAILURE);
             EXPECT_EQ(std::string(sensor->error.message),
                       "the OpenXR session is lost: close all its sensors and open them again");
@@ -99,7 +99,7 @@ TEST_F(Standalone, ALostSessionIsSaidAndComesBackWhenAllIsOpenedAgain) {
     }
     runtime("fault.session.lost", "0");
     Sensor head(kHead);
-    EXPECT_TRUE(head.pollPose().is_tracked);
+    EXPECT_TRUE(head.pollReading().is_tracked);
 }
 
 TEST_F(Standalone, ChangingTheWayToOpenXrNeedsAllItsSensorsClosed) {

@@ -21,7 +21,7 @@ TEST_F(Threads, SensorsOfSeveralThreadsComeAndGoInOneSession) {
         for (int round = 0; round < kRounds; round++) {
             Sensor sensor(settings);
             for (int i = 0; i < 10; i++) {
-                poses += sensor.pollPose().is_tracked;
+                poses += sensor.pollReading().is_tracked;
             }
         }
     };
@@ -101,7 +101,7 @@ TEST_F(Threads, BeforeTheAppsSessionEndsPollsFailUntilAllIsClosed) {
         Sensor head(kHead);
         isPolled.set_value();
         do {
-            head.pollPose();
+            head.pollReading();
         } while (head.result != ML2S_VENDOR_FAILURE);
         EXPECT_STREQ(head.error.message, "the app is ending its OpenXR session");
         expectRefused(kHands, ML2S_VENDOR_FAILURE, "the app is ending its OpenXR session");

@@ -26,17 +26,17 @@ class Trackers : public OpenXr {
         ml2sim_get_counters(&counters);
         return counters;
     }
-    static std::vector<ml2s_pose> poll(Sensor &sensor, uint32_t capacity) {
-        std::vector<ml2s_pose> poses(capacity, sized<ml2s_pose>());
+    static std::vector<ml2s_reading> poll(Sensor &sensor, uint32_t capacity) {
+        std::vector<ml2s_reading> poses(capacity, sized<ml2s_reading>());
         uint32_t count = 0;
-        sensor.result = ml2s_poll_poses(sensor.handle(), poses.data(), capacity, &count, &sensor.error);
+        sensor.result = ml2s_poll_readings(sensor.handle(), poses.data(), capacity, &count, &sensor.error);
         EXPECT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
         poses.resize(count);
         return poses;
     }
     /** The poses once one is tracked, which takes the vendor's trackers a moment. */
-    static std::vector<ml2s_pose> untilTracked(Sensor &sensor, uint32_t capacity) {
-        const auto isTracked = [](const ml2s_pose &pose) { return pose.is_tracked != 0; };
+    static std::vector<ml2s_reading> untilTracked(Sensor &sensor, uint32_t capacity) {
+        const auto isTracked = [](const ml2s_reading &pose) { return pose.is_tracked != 0; };
         const int64_t end = ml2s_now() + 10000 * kMillisecond;
         auto poses = poll(sensor, capacity);
         while (sensor.result == ML2S_OK && std::none_of(poses.begin(), poses.end(), isTracked)) {
@@ -53,7 +53,7 @@ class Trackers : public OpenXr {
         EXPECT_LE(capture_nanos, ml2s_now() + kMillisecond);
         EXPECT_NEAR(static_cast<double>(capture_nanos - ml2sim_boottime_of_mltime(device_nanos)), 0, 50000);
     }
-    static void expectAt(const ml2s_pose &pose, const ml2sim::Pose &inHead) {
+    static void expectAt(const ml2s_reading &pose, const ml2sim::Pose &inHead) {
         ml2sim_pose head;
         ml2sim_true_head(pose.device_nanos, &head);
         const auto &q = head.rotation;
@@ -78,7 +78,7 @@ class EitherBackend : public Trackers, public testing::WithParamInterface<ml2s_b
         settings.backend = GetParam();
         return settings;
     }
-    std::vector<ml2s_pose> tracked(Sensor &sensor, uint32_t capacity = 1) const {
+    std::vector<ml2s_reading> tracked(Sensor &sensor, uint32_t capacity = 1) const {
         return isSdk() ? untilTracked(sensor, capacity) : poll(sensor, capacity);
     }
 };

@@ -61,7 +61,7 @@ TEST_F(Handles, AClosedHandleStaysClosedThoughItsSensorIsOpenedAgain) {
     EXPECT_EQ(first.close(), ML2S_OK);
     const Sensor second(head);
     ASSERT_EQ(second.result, ML2S_OK);
-    first.pollPose();
+    first.pollReading();
     EXPECT_EQ(first.result, ML2S_CLOSED);
     EXPECT_EQ(first.close(), ML2S_CLOSED);
     EXPECT_EQ(ml2s_close(0, nullptr), ML2S_CLOSED);
@@ -72,7 +72,7 @@ TEST_F(Handles, OtherThreadsAreTurnedAwayFromEveryCall) {
     Sensor sensor(head);
     const size_t calls = script.calls.size();
     std::thread([&] {
-        sensor.pollPose();
+        sensor.pollReading();
         EXPECT_EQ(sensor.result, ML2S_WRONG_THREAD);
         EXPECT_EQ(std::string(sensor.error.message).rfind("the handle was opened by thread ", 0), 0u);
         sensor.poll();
@@ -129,20 +129,20 @@ TEST_F(Handles, AHandleKeepsItsSensor) {
 
 TEST_F(Handles, CallersThatKnowMoreFieldsGetTheirsSpacedAsTheyAre) {
     struct Wider {
-        ml2s_pose pose;
+        ml2s_reading pose;
         uint64_t later;
     } poses[2] = {};
     poses[0].pose.struct_size = sizeof(Wider);
     poses[1].later = 77;
     Sensor sensor(head);
     uint32_t count = 0;
-    EXPECT_EQ(ml2s_poll_poses(sensor.handle(), &poses[0].pose, 2, &count, nullptr), ML2S_OK);
+    EXPECT_EQ(ml2s_poll_readings(sensor.handle(), &poses[0].pose, 2, &count, nullptr), ML2S_OK);
     EXPECT_EQ(count, 1u);
     EXPECT_EQ(poses[0].pose.struct_size, sizeof(Wider));
     EXPECT_EQ(poses[0].pose.stream, ML2S_STREAM_HEAD_POSE);
     EXPECT_EQ(poses[1].later, 77u);
-    poses[0].pose.struct_size = sizeof(ml2s_pose) - 1;
-    EXPECT_EQ(ml2s_poll_poses(sensor.handle(), &poses[0].pose, 2, &count, nullptr), ML2S_INVALID_ARGUMENT);
+    poses[0].pose.struct_size = sizeof(ml2s_reading) - 1;
+    EXPECT_EQ(ml2s_poll_readings(sensor.handle(), &poses[0].pose, 2, &count, nullptr), ML2S_INVALID_ARGUMENT);
 }
 
 TEST_F(Handles, ThePerceptionSystemIsStartedOnceAndRunsOnForOthersAfterTheLastSensor) {
@@ -212,7 +212,7 @@ TEST_F(Handles, ASnapshotThatIsNotReleasedTakesNoPoseFromOtherSensors) {
     for (const auto *function : {"MLPerceptionGetPredictedSnapshot", "MLSnapshotGetTransform"}) {
         const Stuck stuck(function, [&] {
             Sensor sensor(head);
-            EXPECT_TRUE(sensor.pollPose().is_tracked);
+            EXPECT_TRUE(sensor.pollReading().is_tracked);
         });
         Sensor color(settingsOf(ML2S_SENSOR_COLOR, ML2S_STREAM_BIT(ML2S_STREAM_COLOR)));
         EXPECT_EQ(color.result, ML2S_OK) << color.error.message;

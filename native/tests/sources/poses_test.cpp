@@ -40,7 +40,7 @@ constexpr MLTransform kUnusable[] = {
 TEST_F(Head, ThePoseIsForExactlyTheTimeItIsStampedWith) {
     Sensor sensor(settings);
     const int64_t before = ml2s_now();
-    const auto pose = sensor.pollPose();
+    const auto pose = sensor.pollReading();
     EXPECT_EQ(sensor.result, ML2S_OK);
     EXPECT_EQ(pose.device_nanos, script.snapshotTime);
     int64_t captured = 0;
@@ -60,7 +60,7 @@ TEST_F(Head, OnlyStatusValidIsTracked) {
     Sensor sensor(settings);
     for (const uint32_t status : {0u, 1u, 2u, 99u}) {
         script.headStatus = status;
-        const auto pose = sensor.pollPose();
+        const auto pose = sensor.pollReading();
         EXPECT_EQ(sensor.result, ML2S_OK);
         EXPECT_FALSE(pose.is_tracked);
     }
@@ -70,7 +70,7 @@ TEST_F(Head, OnlyStatusValidIsTracked) {
 TEST_F(Head, ASnapshotWithoutTheHeadIsAnUntrackedPoseAndIsReleased) {
     script.results["MLSnapshotGetTransform"] = MLResult_PoseNotFound;
     Sensor sensor(settings);
-    EXPECT_FALSE(sensor.pollPose().is_tracked);
+    EXPECT_FALSE(sensor.pollReading().is_tracked);
     EXPECT_EQ(sensor.result, ML2S_OK);
     EXPECT_EQ(script.calls.back(), "MLPerceptionReleaseSnapshot");
 }
@@ -79,7 +79,7 @@ TEST_F(Head, ASnapshotThatFailsIsReleasedAndTold) {
     Sensor sensor(settings);
     for (const auto *function : {"MLPerceptionGetPredictedSnapshot", "MLSnapshotGetTransform"}) {
         script.results = {{function, MLResult_UnspecifiedFailure}};
-        sensor.pollPose();
+        sensor.pollReading();
         EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
         EXPECT_EQ(std::string(sensor.error.message), std::string(function) + ": UnspecifiedFailure (4)");
     }
@@ -91,7 +91,7 @@ TEST_F(Head, AnInstantThatTheVendorDoesNotKnowGetsTheLatestSnapshotAndIsToldOnce
     script.results["MLPerceptionGetPredictedSnapshot"] = MLResult_InvalidTimestamp;
     testing::internal::CaptureStderr();
     for (int i = 0; i < 2; i++) {
-        EXPECT_TRUE(sensor.pollPose().is_tracked);
+        EXPECT_TRUE(sensor.pollReading().is_tracked);
         EXPECT_EQ(sensor.result, ML2S_OK);
     }
     const auto told = testing::internal::GetCapturedStderr();
@@ -105,18 +105,18 @@ TEST_F(Head, EventsOfAPollThatFailsComeWithTheNext) {
     Sensor sensor(settings);
     script.mapEvents = MLHeadTrackingMapEvent_NewSession;
     script.results["MLSnapshotGetTransform"] = MLResult_UnspecifiedFailure;
-    sensor.pollPose();
+    sensor.pollReading();
     EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
     script.results.clear();
-    EXPECT_EQ(sensor.pollPose().events, uint32_t{ML2S_TRACKING_NEW_SESSION});
-    EXPECT_EQ(sensor.pollPose().events, 0u);
+    EXPECT_EQ(sensor.pollReading().events, uint32_t{ML2S_TRACKING_NEW_SESSION});
+    EXPECT_EQ(sensor.pollReading().events, 0u);
 }
 
 TEST_F(Head, APoseThatIsNoneIsUntracked) {
     Sensor sensor(settings);
     for (const auto &transform : kUnusable) {
         script.transform = transform;
-        EXPECT_FALSE(sensor.pollPose().is_tracked);
+        EXPECT_FALSE(sensor.pollReading().is_tracked);
         EXPECT_EQ(sensor.result, ML2S_OK);
     }
 }
@@ -132,8 +132,8 @@ TEST_F(Head, MapEventsArePassedOnOnce) {
     Sensor sensor(settings);
     for (const auto &[vendors, own] : kEvents) {
         script.mapEvents = vendors;
-        EXPECT_EQ(sensor.pollPose().events, own);
-        EXPECT_EQ(sensor.pollPose().events, 0u);
+        EXPECT_EQ(sensor.pollReading().events, own);
+        EXPECT_EQ(sensor.pollReading().events, 0u);
     }
 }
 

@@ -92,19 +92,14 @@ class Sensor {
         frames.resize(count);
         return frames;
     }
-    ml2s_pose pollPose() {
-        auto pose = sized<ml2s_pose>();
+    ml2s_reading pollReading() {
+        auto pose = sized<ml2s_reading>();
         uint32_t count = 0;
-        result = ml2s_poll_poses(handle_, &pose, 1, &count, &error);
+        result = ml2s_poll_readings(handle_, &pose, 1, &count, &error);
         return pose;
     }
-    ml2s_input pollInput() {
-        auto input = sized<ml2s_input>();
-        result = ml2s_poll_input(handle_, &input, &error);
-        return input;
-    }
-    ml2s_pose colorPose(int64_t device_nanos) {
-        auto pose = sized<ml2s_pose>();
+    ml2s_reading colorPose(int64_t device_nanos) {
+        auto pose = sized<ml2s_reading>();
         result = ml2s_color_pose(handle_, device_nanos, &pose, &error);
         return pose;
     }

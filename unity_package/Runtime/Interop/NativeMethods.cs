@@ -9,7 +9,7 @@ namespace Ml2Sensors.Interop
         internal const string Library = "ml2sensors";
 
         /// <summary>Of the header these declarations were written to.</summary>
-        internal const uint AbiVersion = 2;
+        internal const uint AbiVersion = 3;
 
         [DllImport(Library, EntryPoint = "ml2s_abi_version")]
         internal static extern uint GetAbiVersion();

@@ -1,13 +1,12 @@
 package dev.ml2sensors.android
 
 import dev.ml2sensors.capture.NativeBackend
-import dev.ml2sensors.capture.NativeInputSource
 import dev.ml2sensors.capture.NativeLibrary
 import dev.ml2sensors.capture.NativePixelSource
-import dev.ml2sensors.capture.NativePoseSource
+import dev.ml2sensors.capture.NativeReadingSource
 import dev.ml2sensors.capture.NativeSource
 import dev.ml2sensors.capture.PixelSensor
-import dev.ml2sensors.capture.PoseSensor
+import dev.ml2sensors.capture.ReadingSensor
 import dev.ml2sensors.table.StreamTable
 
 /**
@@ -26,11 +25,10 @@ internal fun loadNativeSources(suspendedNanos: () -> Long): List<NativeSource>? 
         PixelSensor.entries.filter { it != PixelSensor.COLOR || backend == NativeBackend.OPENXR }
             .map { NativePixelSource(it, backend) }
     }
-    val poses = NativeBackend.entries.flatMap { backend ->
-        PoseSensor.entries.map { NativePoseSource(it, backend, suspendedNanos) } +
-            NativeInputSource(backend, suspendedNanos)
+    val readings = NativeBackend.entries.flatMap { backend ->
+        ReadingSensor.entries.map { NativeReadingSource(it, backend, suspendedNanos) }
     }
-    return pixels + poses
+    return pixels + readings
 }
 
 /** Returns sources that refuse all streams of the missing library. */

@@ -5,6 +5,9 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.answer
 import dev.ml2sensors.table.StreamSpec
+import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.Semaphore
+import java.util.concurrent.TimeUnit
 import kotlin.math.abs
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
@@ -15,7 +18,7 @@ import kotlin.time.TimeSource
  * Queries the rates that the depth camera of the vendor's SDK offers under the present light: 50 Hz mains exclude 30
  * and 60 Hz, 60 Hz mains exclude 25 and 50 Hz. It opens the camera briefly, once per range. While the camera cannot be
  * opened, its rates are unknown: a stream that depends on them is refused, and the camera is asked again after a pause
- * that grows up to [LONGEST_PAUSE]. Thread-safe.
+ * that grows up to [LONGEST_PAUSE]. One thread at a time asks it, since it has one client. Thread-safe.
  */
 internal class DepthRates(private val time: TimeSource = TimeSource.Monotonic) {
     private sealed interface Offer {
@@ -24,7 +27,8 @@ internal class DepthRates(private val time: TimeSource = TimeSource.Monotonic) {
         class Unknown(val refusal: Answer.Refused, val pause: Duration, val askAgain: TimeMark) : Offer
     }
 
-    private val offers = HashMap<Int?, Offer>()
+    private val offers = ConcurrentHashMap<Int, Offer>()
+    private val turn = Semaphore(1)
 
     /**
      * Returns [answer], one with the nearest rate if the camera does not offer the requested rate, or a refusal while
@@ -49,11 +53,18 @@ internal class DepthRates(private val time: TimeSource = TimeSource.Monotonic) {
         return Answer.Adjusted(values.copy(rateHz = nearest), "update_rate $requestedHz: $offered")
     }
 
-    @Synchronized
     private fun offer(stream: StreamSpec, values: StreamValues): Offer {
-        val last = offers[values.stream]
-        if (last is Offer.Known || (last is Offer.Unknown && last.askAgain.hasNotPassedNow())) return last
-        return query(stream, values, last as Offer.Unknown?).also { offers[values.stream] = it }
+        val range = values.stream ?: LONG_RANGE
+        if (!turn.tryAcquire(TURN_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)) {
+            return unknown("it has not answered an earlier question; if that lasts, restart the headset", null, null)
+        }
+        try {
+            val last = offers[range]
+            if (last is Offer.Known || (last is Offer.Unknown && last.askAgain.hasNotPassedNow())) return last
+            return query(stream, values, last as Offer.Unknown?).also { offers[range] = it }
+        } finally {
+            turn.release()
+        }
     }
 
     private fun query(stream: StreamSpec, values: StreamValues, last: Offer.Unknown?): Offer = try {
@@ -67,15 +78,22 @@ internal class DepthRates(private val time: TimeSource = TimeSource.Monotonic) {
             Native.close(handle)
         }
     } catch (e: CaptureException) {
-        val permission = if (e is CaptureException.PermissionDenied) stream.permissions.firstOrNull() else null
+        unknown(e.message, stream.permissions.firstOrNull().takeIf { e is CaptureException.PermissionDenied }, last)
+    }
+
+    private fun unknown(cause: String?, permission: String?, last: Offer.Unknown?): Offer.Unknown {
         val pause = if (last == null) SHORTEST_PAUSE else minOf(last.pause * 2, LONGEST_PAUSE)
-        val reason = "the depth camera cannot be asked yet for the rates that the light allows: ${e.message}"
-        Offer.Unknown(Answer.Refused(reason, permission), pause, time.markNow() + pause)
+        val reason = "the depth camera cannot be asked yet for the rates that the light allows: $cause"
+        return Offer.Unknown(Answer.Refused(reason, permission), pause, time.markNow() + pause)
     }
 
     private companion object {
         /** The camera offers rates up to this one in any light. */
         const val SAFE_RATE_HZ = 5
+        const val LONG_RANGE = 0
+
+        /** Many times what the camera takes to answer. */
+        val TURN_LIMIT = 2.seconds
 
         val SHORTEST_PAUSE = 1.seconds
         val LONGEST_PAUSE = 16.seconds

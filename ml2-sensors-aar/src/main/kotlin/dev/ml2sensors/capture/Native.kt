@@ -20,13 +20,9 @@ internal object Native {
     @JvmStatic
     external fun frameLayout(): IntArray
 
-    /** Returns those of ml2s_pose, in the order in which [PoseBlock] reads them. */
+    /** Returns those of ml2s_reading, in the order in which [ReadingBlock] reads them. */
     @JvmStatic
-    external fun poseLayout(): IntArray
-
-    /** Returns those of ml2s_input, in the order in which [InputBlock] reads them. */
-    @JvmStatic
-    external fun inputLayout(): IntArray
+    external fun readingLayout(): IntArray
 
     /** Returns those of ml2s_settings, in the order in which [NativeSettings] reads them. */
     @JvmStatic
@@ -50,15 +46,11 @@ internal object Native {
     @JvmStatic
     external fun poll(handle: Long, timeoutNanos: Long, frames: ByteBuffer): Int
 
-    /** Fills the ml2s_poses in [poses], a direct buffer. Returns how many were filled. */
+    /** Fills the ml2s_readings in [readings], a direct buffer. Returns how many were filled. */
     @JvmStatic
-    external fun pollPoses(handle: Long, poses: ByteBuffer): Int
+    external fun pollReadings(handle: Long, readings: ByteBuffer): Int
 
-    /** Fills [input], a direct buffer of one ml2s_input. Returns false while the handle is paused. */
-    @JvmStatic
-    external fun pollInput(handle: Long, input: ByteBuffer): Boolean
-
-    /** Fills [pose], a direct buffer of one ml2s_pose. Returns true if the pose was known. */
+    /** Fills [pose], a direct buffer of one ml2s_reading. Returns true if the pose was known. */
     @JvmStatic
     external fun colorPose(handle: Long, deviceNanos: Long, pose: ByteBuffer): Boolean
 

@@ -17,7 +17,7 @@ internal object NativeColorPoses : ColorPoses {
 }
 
 private class NativeColorTracker : ColorPoses.Tracker {
-    private val poses = PoseBlock(1)
+    private val poses = ReadingBlock(1)
     private val handle =
         NativeSettings(PixelSensor.COLOR.code, NativeBackend.SDK.code, PixelSensor.COLOR.streams.bits()).open()
 

@@ -46,7 +46,7 @@ public object NativeLibrary {
         check(isLoaded) { "libml2sensors.so is not loaded; call NativeLibrary.load first" }
         val cameras = listOf(PixelSensor.DEPTH, PixelSensor.WORLD, PixelSensor.EYE)
         val sources = cameras.map { NativePixelSource(it, NativeBackend.SDK) }
-        val head = NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK)
+        val head = NativeReadingSource(ReadingSensor.HEAD, NativeBackend.SDK)
         return SensorHeadset(identity, NativeHeadsetClock, sources + head)
     }
 }

@@ -44,19 +44,30 @@ internal enum class PixelSensor(
     COLOR(5, setOf(StreamTable.color, StreamTable.mixedReality), hasOneStream = true),
 }
 
-/** The tracked objects: ml2s_sensor. */
-internal enum class PoseSensor(internal val code: Int, internal val streams: Set<StreamSpec>) {
+/**
+ * The tracked objects: ml2s_sensor.
+ *
+ * @property mostReadings how many readings one poll has.
+ */
+internal enum class ReadingSensor(
+    internal val code: Int,
+    internal val streams: Set<StreamSpec>,
+    internal val mostReadings: Int = 1,
+) {
     /** The headset in the world. */
     HEAD(4, setOf(StreamTable.headPose)),
 
     /** The common gaze of both eyes. */
     GAZE(6, setOf(StreamTable.gaze)),
 
-    /** The joints of both hands. */
-    HANDS(7, setOf(StreamTable.handLeft, StreamTable.handRight)),
+    /** The 26 joints of each hand. */
+    HANDS(7, setOf(StreamTable.handLeft, StreamTable.handRight), mostReadings = 52),
 
     /** The hand-held controller. */
     CONTROLLER(8, setOf(StreamTable.controller)),
+
+    /** Its buttons, trigger and touchpad. */
+    CONTROLLER_INPUT(9, setOf(StreamTable.controllerJoy)),
 }
 
 /** ml2s_stream: the number of a stream is its place in the table. */

@@ -17,9 +17,8 @@ internal class CaptureFixture : AutoCloseable {
     val world = NativePixelSource(PixelSensor.WORLD, NativeBackend.SDK)
     val depth = NativePixelSource(PixelSensor.DEPTH, NativeBackend.SDK)
     val eyes = NativePixelSource(PixelSensor.EYE, NativeBackend.SDK)
-    private val poses = PoseSensor.entries.map { NativePoseSource(it, NativeBackend.SDK) }
-    private val input = NativeInputSource(NativeBackend.SDK)
-    private val sources = listOf(world, depth, eyes, input) + poses
+    private val trackers = ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.SDK) }
+    private val sources = listOf(world, depth, eyes) + trackers
     private val collected = mutableSetOf<StreamSpec>()
 
     init {
@@ -42,7 +41,7 @@ internal class CaptureFixture : AutoCloseable {
     override fun close() {
         sources.forEach(NativeSource::close)
         Simulation.assertIsLeftAsFound()
-        for (stream in collected - (poses + input).flatMap { it.streams }.toSet()) {
+        for (stream in collected - trackers.flatMap { it.streams }.toSet()) {
             val leased = (0 until SlotPool.SLOTS).filter { slot ->
                 runCatching { SlotPool.release(stream, slot) }.isSuccess
             }

@@ -26,8 +26,7 @@ class ConstantsTest {
     @Test
     fun sensorsAndBackendsHaveTheNumbersOfTheLibrary() {
         for (sensor in PixelSensor.entries) assertEquals(value("SENSOR_${sensor.name}"), sensor.code)
-        for (sensor in PoseSensor.entries) assertEquals(value("SENSOR_${sensor.name}"), sensor.code)
-        assertEquals(value("SENSOR_CONTROLLER_INPUT"), NativeInputSource.SENSOR_CODE)
+        for (sensor in ReadingSensor.entries) assertEquals(value("SENSOR_${sensor.name}"), sensor.code)
         for (codec in ImageCodec.entries) assertEquals(value("CODEC_${codec.name}"), codec.code)
         for (backend in NativeBackend.entries) assertEquals(value("BACKEND_${backend.name}"), backend.code)
     }
@@ -51,8 +50,15 @@ class ConstantsTest {
             "HAS_ILLUMINATION" to NativeFrame.HAS_ILLUMINATION,
             "LENS_PLUMB_BOB" to NativeFrame.LENS_PLUMB_BOB,
             "LENS_FISHEYE_TANGENTIAL" to NativeFrame.LENS_FISHEYE_TANGENTIAL,
-            "TRACKING_RECOVERY_FAILED" to TrackedPose.TRACKING_RECOVERY_FAILED,
-            "TRACKING_NEW_SESSION" to TrackedPose.TRACKING_NEW_SESSION,
+            "TRACKING_RECOVERY_FAILED" to Reading.TRACKING_RECOVERY_FAILED,
+            "TRACKING_NEW_SESSION" to Reading.TRACKING_NEW_SESSION,
+            "INPUT_TRIGGER" to Reading.INPUT_TRIGGER,
+            "INPUT_BUMPER" to Reading.INPUT_BUMPER,
+            "INPUT_MENU" to Reading.INPUT_MENU,
+            "INPUT_TOUCHED" to Reading.INPUT_TOUCHED,
+            "INPUT_TOUCH_X" to Reading.INPUT_TOUCH_X,
+            "INPUT_TOUCH_Y" to Reading.INPUT_TOUCH_Y,
+            "INPUT_FORCE" to Reading.INPUT_FORCE,
         )
         assertEquals(known.mapValues { (name, _) -> value(name) }, known)
     }

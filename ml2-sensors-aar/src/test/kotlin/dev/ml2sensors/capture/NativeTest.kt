@@ -26,8 +26,8 @@ class NativeTest {
         Native.close(handle)
         val frames = FrameBlock(4)
         assertFailsWith<IllegalStateException> { Native.poll(handle, 0, frames.memory) }
-        assertFailsWith<IllegalStateException> { Native.pollPoses(handle, PoseBlock(1).memory) }
-        assertFailsWith<IllegalStateException> { Native.colorPose(handle, 0, PoseBlock(1).memory) }
+        assertFailsWith<IllegalStateException> { Native.pollReadings(handle, ReadingBlock(1).memory) }
+        assertFailsWith<IllegalStateException> { Native.colorPose(handle, 0, ReadingBlock(1).memory) }
         assertFailsWith<IllegalStateException> { eyes.configure(handle) }
         assertFailsWith<IllegalStateException> { Native.close(handle) }
         assertFailsWith<IllegalStateException> { Native.close(0) }

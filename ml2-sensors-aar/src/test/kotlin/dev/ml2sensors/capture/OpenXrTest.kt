@@ -66,8 +66,8 @@ class OpenXrTest {
 
     @Test
     fun headGazeHandsAndControllerAreTracked() = runBlocking<Unit> {
-        for (sensor in PoseSensor.entries) {
-            NativePoseSource(sensor, NativeBackend.OPENXR).use { source ->
+        for (sensor in ReadingSensor.entries - ReadingSensor.CONTROLLER_INPUT) {
+            NativeReadingSource(sensor, NativeBackend.OPENXR).use { source ->
                 for (stream in source.streams) {
                     source.first(stream, StreamValues()) {
                         if (it is PosesSample) it.poses.size == 26 else (it as PoseSample).pose != null
@@ -79,7 +79,7 @@ class OpenXrTest {
 
     @Test
     fun whatIsPressedOnTheControllerIsRead() = runBlocking<Unit> {
-        NativeInputSource(NativeBackend.OPENXR).use { source ->
+        NativeReadingSource(ReadingSensor.CONTROLLER_INPUT, NativeBackend.OPENXR).use { source ->
             source.first(StreamTable.controllerJoy, StreamValues()) { (it as InputSample).bumper && !it.menu }
             source.first(StreamTable.controllerJoy, StreamValues()) { (it as InputSample).menu && !it.bumper }
         }

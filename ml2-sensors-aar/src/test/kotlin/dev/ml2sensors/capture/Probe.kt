@@ -14,11 +14,13 @@ internal object Probe {
         NativeLibrary.load(Path.of("../build/native/device/libml2sensors.so"))
         val cameras = listOf(PixelSensor.DEPTH, PixelSensor.WORLD, PixelSensor.EYE)
         val sources = cameras.map { NativePixelSource(it, NativeBackend.SDK) } +
-            NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK) + NativeInputSource(NativeBackend.SDK)
+            listOf(ReadingSensor.HEAD, ReadingSensor.CONTROLLER_INPUT).map {
+                NativeReadingSource(it, NativeBackend.SDK)
+            }
         sources.forEach { source -> source.use(::probe) }
-        NativePoseSource(PoseSensor.GAZE, NativeBackend.OPENXR).use(::probe)
+        NativeReadingSource(ReadingSensor.GAZE, NativeBackend.OPENXR).use(::probe)
         NativeLibrary.useOpenXr("libno-such-loader.so", context = null)
-        NativePoseSource(PoseSensor.GAZE, NativeBackend.OPENXR).use(::probe)
+        NativeReadingSource(ReadingSensor.GAZE, NativeBackend.OPENXR).use(::probe)
     }
 
     private fun probe(source: NativeSource) = runBlocking {

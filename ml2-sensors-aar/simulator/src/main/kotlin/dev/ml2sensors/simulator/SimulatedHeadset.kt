@@ -2,11 +2,10 @@ package dev.ml2sensors.simulator
 
 import dev.ml2sensors.capture.NativeBackend
 import dev.ml2sensors.capture.NativeHeadsetClock
-import dev.ml2sensors.capture.NativeInputSource
 import dev.ml2sensors.capture.NativePixelSource
-import dev.ml2sensors.capture.NativePoseSource
+import dev.ml2sensors.capture.NativeReadingSource
 import dev.ml2sensors.capture.PixelSensor
-import dev.ml2sensors.capture.PoseSensor
+import dev.ml2sensors.capture.ReadingSensor
 import dev.ml2sensors.simulator.signal.SignalSource
 import dev.ml2sensors.simulator.simulated.NativeBundle
 import dev.ml2sensors.simulator.simulated.SimulatedCamera2
@@ -107,10 +106,9 @@ public class SimulatedHeadset private constructor(private val headset: Headset) 
 /** Returns the sources of a headset, with simulations in place of Android's. */
 private fun sources(): List<SensorSource> =
     listOf(PixelSensor.WORLD, PixelSensor.DEPTH, PixelSensor.EYE).map { NativePixelSource(it, NativeBackend.SDK) } +
-        PoseSensor.entries.map { NativePoseSource(it, NativeBackend.SDK) } +
+        ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.SDK) } +
         PixelSensor.entries.map { NativePixelSource(it, NativeBackend.OPENXR) } +
-        PoseSensor.entries.map { NativePoseSource(it, NativeBackend.OPENXR) } +
-        NativeBackend.entries.map { NativeInputSource(it) } +
+        ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.OPENXR) } +
         SimulatedCamera2() +
         SignalSource("sensor_manager", NativeHeadsetClock, sensorManagerSignals()) +
         SignalSource("battery_manager", NativeHeadsetClock, batteryManagerSignals())

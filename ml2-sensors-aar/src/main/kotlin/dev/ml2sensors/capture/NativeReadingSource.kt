@@ -1,0 +1,114 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.message.toPose
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.HeadTrack
+import dev.ml2sensors.source.InputSample
+import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.PosesSample
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.table.StreamTable
+
+/**
+ * The readings of one tracked object with one backend, 60 times a second, each stamped with the time that it is for.
+ * Samples are [PoseSample]s in body axes, [PosesSample]s of hands, or [InputSample]s.
+ *
+ * A pose is null while it is not tracked. A hand always has the 26 joints of OpenXR's XrHandJointEXT, in its order;
+ * joints that are not tracked are NaN. Flows of input fail after a second in which no controller is connected.
+ *
+ * @param suspendedNanos as [dev.ml2sensors.source.Headset.suspendedNanos].
+ */
+internal class NativeReadingSource(
+    private val sensor: ReadingSensor,
+    private val sensorBackend: NativeBackend,
+    private val suspendedNanos: () -> Long = { 0 },
+) : NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_READINGS) {
+    /** Never conflicts: no value of a stream changes the tracker, which `tf` and `head_pose` share. */
+    override fun conflict(subscription: Subscription, other: Subscription): String? = null
+
+    override fun open(subscriptions: List<Subscription>): OpenSensor =
+        OpenTracker(sensor, sensorBackend, suspendedNanos, subscriptions)
+
+    private companion object {
+        /** One quarter of a second. */
+        const val QUEUED_READINGS = 16
+    }
+}
+
+/** The open handle of a [ReadingSensor]; of the thread that makes it. */
+private class OpenTracker(
+    private val sensor: ReadingSensor,
+    private val backend: NativeBackend,
+    suspendedNanos: () -> Long,
+    subscriptions: List<Subscription>,
+) : OpenSensor {
+    private val readings = ReadingBlock(sensor.mostReadings)
+    private var settings = settings(subscriptions)
+    private val handle = settings.open()
+    private val schedule = PeriodicTimer(1_000_000_000L / RATE_HZ, Native::now, suspendedNanos)
+    private var pollsWithoutInput = 0
+
+    override fun configure(subscriptions: List<Subscription>) {
+        val next = settings(subscriptions)
+        if (next == settings) return
+        next.configure(handle)
+        settings = next
+    }
+
+    override fun deliver(subscriptions: List<Subscription>) {
+        val missed = schedule.awaitNext()
+        if (missed > 0) subscriptions.forEach { it.queue.countLost(missed, DropReason.SOURCE_LATE) }
+        val hasGap = missed > HeadTrack.MAX_BRIDGED || schedule.wasSuspended
+        if (sensor == ReadingSensor.HEAD && hasGap) LocalFrames.clearHead()
+        val count = Native.pollReadings(handle, readings.memory)
+        for ((number, found) in (0 until count).map { readings[it] }.groupBy { it.stream }) {
+            val stream = StreamTable.all[number]
+            val sample = sample(found) ?: continue
+            if (sensor == ReadingSensor.HEAD && sample is PoseSample) LocalFrames.addHead(sample)
+            for (subscription in subscriptions) {
+                if (subscription.stream == stream) subscription.queue.offer(sample)
+            }
+        }
+    }
+
+    override fun close() {
+        if (sensor == ReadingSensor.HEAD) LocalFrames.clearHead()
+        Native.close(handle)
+    }
+
+    private fun settings(subscriptions: List<Subscription>) =
+        NativeSettings(sensor.code, backend.code, subscriptions.map { it.stream }.bits())
+
+    private fun sample(found: List<Reading>): Sample? =
+        when (sensor) {
+            ReadingSensor.HANDS -> joints(found)
+            ReadingSensor.CONTROLLER_INPUT -> input(found.single())
+            else -> pose(found.single())
+        }
+
+    private fun pose(found: Reading) =
+        PoseSample(found.captureNanos, found.pose?.toBody(), found.isInNewWorld)
+
+    private fun joints(found: List<Reading>) =
+        PosesSample(found.first().captureNanos, found.map { it.pose?.toBody()?.toPose() ?: PosesSample.UNTRACKED })
+
+    private fun input(found: Reading): InputSample? {
+        pollsWithoutInput = if (found.isTracked) 0 else pollsWithoutInput + 1
+        if (pollsWithoutInput > RATE_HZ) throw CaptureException.NotAvailable("no controller is connected")
+        if (!found.isTracked) return null
+        return InputSample(
+            found.captureNanos,
+            trigger = found.value(Reading.INPUT_TRIGGER),
+            bumper = found.value(Reading.INPUT_BUMPER) != 0f,
+            menu = found.value(Reading.INPUT_MENU) != 0f,
+            isTouched = found.value(Reading.INPUT_TOUCHED) != 0f,
+            touchX = found.value(Reading.INPUT_TOUCH_X),
+            touchY = found.value(Reading.INPUT_TOUCH_Y),
+            force = found.value(Reading.INPUT_FORCE),
+        )
+    }
+
+    private companion object {
+        const val RATE_HZ = 60
+    }
+}

@@ -1,0 +1,62 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.message.MlPose
+import java.nio.ByteBuffer
+
+/** The ml2s_readings of one poll. C writes them into [memory]; they are read here by the offsets that C reports. */
+internal class ReadingBlock(capacity: Int) {
+    val memory: ByteBuffer = structMemory(capacity, ReadingLayout.sizeBytes)
+
+    /** Returns a view of reading [index], valid until the next poll. */
+    operator fun get(index: Int): Reading = Reading(memory, index * ReadingLayout.sizeBytes)
+}
+
+/** The offsets of the fields of ml2s_reading, in bytes. */
+private object ReadingLayout {
+    private val offsets = Offsets(Native.readingLayout())
+    val sizeBytes = offsets.next()
+    val stream = offsets.next()
+    val captureNanos = offsets.next()
+    val rotation = offsets.next()
+    val position = offsets.next()
+    val isTracked = offsets.next()
+    val events = offsets.next()
+    val values = offsets.next()
+
+    init {
+        offsets.end()
+    }
+}
+
+/** The ml2s_reading at [base] of [memory]. */
+internal class Reading(private val memory: ByteBuffer, private val base: Int) {
+    val stream: Int get() = memory.getInt(base + ReadingLayout.stream)
+    val captureNanos: Long get() = memory.getLong(base + ReadingLayout.captureNanos)
+
+    /** False while the thing is not seen or not connected. */
+    val isTracked: Boolean get() = memory.getInt(base + ReadingLayout.isTracked) != 0
+
+    /** The pose, null while it is not tracked. */
+    val pose: MlPose?
+        get() =
+            if (isTracked) memory.mlPose(base + ReadingLayout.position, base + ReadingLayout.rotation) else null
+
+    /** True if the world has a new origin, so that earlier poses no longer apply. */
+    val isInNewWorld: Boolean
+        get() = memory.getInt(base + ReadingLayout.events) and (TRACKING_RECOVERY_FAILED or TRACKING_NEW_SESSION) != 0
+
+    /** Returns the value [index] of ml2s_input. */
+    fun value(index: Int): Float = memory.getFloat(base + ReadingLayout.values + index * Float.SIZE_BYTES)
+
+    companion object {
+        const val TRACKING_RECOVERY_FAILED = 4
+        const val TRACKING_NEW_SESSION = 8
+        const val INPUT_TRIGGER = 0
+        const val INPUT_BUMPER = 1
+        const val INPUT_MENU = 2
+        const val INPUT_TOUCHED = 3
+        const val INPUT_TOUCH_X = 4
+        const val INPUT_TOUCH_Y = 5
+        const val INPUT_FORCE = 6
+    }
+}
