@@ -37,10 +37,23 @@ def test_without_a_receiver_it_says_what_to_start(
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("words", ["devices", "topics", "set battery.enabled=true"])
-def test_a_terminal_shows_at_once_who_is_looked_for_and_for_how_long(words: str) -> None:
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        ("devices", "the receiver desk"),
+        ("topics", "the receiver desk"),
+        ("set battery.enabled=true", "the receiver desk"),
+        ("record walk --attach", "the receiver desk"),
+        ("view --no-browser", "the receiver desk"),
+        ("latency", "messages of the receiver desk"),
+        ("echo /nobody", "a publisher of /nobody"),
+    ],
+)
+def test_a_terminal_shows_at_once_what_is_looked_for_and_for_how_long(
+    words: str, what: str
+) -> None:
     with OnTerminal(*words.split(), "--name", "desk") as child:
-        child.await_shown(rb"looking for the receiver desk in ROS domain \d+, for up to 10 s")
+        child.await_shown(rf"looking for {what} in ROS domain \d+,\s+for up to 10 s".encode())
         assert child.process.poll() is None, "it looks after it has said so"
 
 

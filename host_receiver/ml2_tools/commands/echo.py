@@ -3,6 +3,7 @@
 import argparse
 import signal
 import sys
+from contextlib import ExitStack
 from difflib import get_close_matches
 
 from ml2_receiver.commands.options import TOPICS, Subparsers, add_name, add_ros_args, complete
@@ -11,7 +12,7 @@ from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.printable import printable
 from ml2_receiver.table.reader import load_table
 
-from .live import PATIENCE_S
+from .live import PATIENCE_S, looking
 
 _EPILOG = """\
 Works like `ros2 topic echo` for any topic of the ROS domain. Of a long array it prints only the
@@ -45,12 +46,21 @@ def _run(options: argparse.Namespace) -> int:
     topic = options.topic if options.topic.startswith("/") else prefix + options.topic
     if topic.startswith(prefix):  # before ROS starts, which takes a second
         _say_nearest(topic.removeprefix(prefix))
-    with ros_needed():
-        from ..monitoring.topic_reader import as_text, messages
-    for message in messages(topic, PATIENCE_S, stopping):
-        print(f"{as_text(message)}---", flush=True)
-        if options.once:
-            break
+    with ExitStack() as waiting:
+
+        def found() -> None:
+            waiting.close()
+            waiting.enter_context(looking(f"messages of {printable(topic)}", "until Ctrl-C"))
+
+        looked_for = looking(f"a publisher of {printable(topic)}", f"for up to {PATIENCE_S:g} s")
+        waiting.enter_context(looked_for)
+        with ros_needed():
+            from ..monitoring.topic_reader import as_text, messages
+        for message in messages(topic, PATIENCE_S, stopping, found):
+            waiting.close()
+            print(f"{as_text(message)}---", flush=True)
+            if options.once:
+                break
     return 0
 
 

@@ -21,7 +21,7 @@ from ml2_receiver.errors import NO_RECEIVER_HINT
 
 from ..errors import LatencyError
 from ..monitoring.latency_table import latency_table, write_plot
-from .live import PATIENCE_S
+from .live import PATIENCE_S, looking, named
 
 if TYPE_CHECKING:
     from ..monitoring.latency_node import LatencyNode
@@ -78,7 +78,8 @@ def _run(options: argparse.Namespace) -> int:
         from ..monitoring.latency_node import LatencyNode
     node = LatencyNode(options.name, windows=math.ceil(options.duration))
     try:
-        _await_messages(node, stopping)
+        with looking(f"messages of {named(options.name)}", f"for up to {PATIENCE_S:g} s"):
+            _await_messages(node, stopping)
         if stopping.is_set():
             return 0
         _show(node, stopping, options)

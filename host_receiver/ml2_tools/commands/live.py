@@ -43,19 +43,22 @@ def found_receiver(receiver: str, timeout_s: float) -> Iterator[DiagnosticsNode]
         RosError: ROS is missing or does not start, or there is no such receiver.
     """
     with ExitStack() as stack:
-        with _looking(receiver, timeout_s):  # at once: ROS takes a second to start
+        with looking(named(receiver), f"for up to {timeout_s:g} s"):  # ROS takes a second to start
             node = stack.enter_context(diagnostics_node())
             node.rows(receiver, timeout_s)
         yield node
 
 
-def _looking(receiver: str, timeout_s: float) -> AbstractContextManager[object]:
-    """Says whom a command looks for, and for how long, until left; not without a terminal."""
+def named(receiver: str) -> str:
+    return f"the receiver {receiver}" if receiver else "a receiver"
+
+
+def looking(what: str, how_long: str) -> AbstractContextManager[object]:
+    """Says what a command looks for, and for how long, until left; not without a terminal."""
     from rich.console import Console  # not needed by --help
 
     domain = os.environ.get("ROS_DOMAIN_ID", "0")
-    named = f"the receiver {receiver}" if receiver else "a receiver"
-    words = f"looking for {named} in ROS domain {domain}, for up to {timeout_s:g} s"
+    words = f"looking for {what} in ROS domain {domain}, {how_long}"
     return Console(stderr=True).status(markup(words))
 
 

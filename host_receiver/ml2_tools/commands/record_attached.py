@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from contextlib import closing
 
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import RecordingError
 
-from .live import PATIENCE_S, diagnostics_node, whom
+from .live import PATIENCE_S, receiver_client, whom
 from .recording_wait import Standing, wait
 
 _ROW = "recording"
@@ -23,23 +22,18 @@ def record_attached(options: argparse.Namespace) -> int:
         RosError: there is no receiver, or it does not answer.
         RecordingError: it does not record, with its reason.
     """
-    with diagnostics_node() as node:
-        from ..live.receiver_client import ReceiverClient
+    with receiver_client(options.name, PATIENCE_S, [_START, _STOP]) as (node, client):
+        stopping = stop_signal()
+        _done(client.set(_parameters(options)))
+        started = _done(client.call(_START))
+        print(f"{whom(node, client, options.name)}{started} until Ctrl-C", flush=True)
+        folder = str(options.out.absolute())
 
-        name = node.node_name(options.name, PATIENCE_S)
-        services = [_START, _STOP]
-        with closing(ReceiverClient(node.context, name, PATIENCE_S, services)) as client:
-            stopping = stop_signal()
-            _done(client.set(_parameters(options)))
-            started = _done(client.call(_START))
-            print(f"{whom(node, client, options.name)}{started} until Ctrl-C", flush=True)
-            folder = str(options.out.absolute())
+        def standing() -> Standing:
+            return _standing(node.rows(options.name, PATIENCE_S).get(_ROW, {}), folder)
 
-            def standing() -> Standing:
-                return _standing(node.rows(options.name, PATIENCE_S).get(_ROW, {}), folder)
-
-            wait(stopping, options.duration, standing)
-            print(_done(client.call(_STOP)))
+        wait(stopping, options.duration, standing)
+        print(_done(client.call(_STOP)))
     return 0
 
 

@@ -22,7 +22,7 @@ from ml2_receiver.errors import ListenError, RecordingError
 from ml2_receiver.pairing.offer import PairingOffer
 from ml2_receiver.transport.listener import everywhere, listen
 
-from .live import PATIENCE_S, diagnostics_node
+from .live import PATIENCE_S, found_receiver
 from .optional_packages import optional_packages
 from .reading import add_headset, check_headset, say_apart, say_left_out
 
@@ -119,7 +119,7 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Backend]]:
     from ..viewing.section_forms import section_forms
     from ..viewing.view import View
 
-    with diagnostics_node() as node:
+    with found_receiver(options.name, PATIENCE_S) as node:
         receiver = node.node_name(options.name, PATIENCE_S)
     source = LiveSource(options.name)
     view = View(source, options.name, options.eyes)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import array
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from difflib import get_close_matches
 from typing import Any
 
@@ -26,11 +26,14 @@ _MOST_ELEMENTS = 16
 _MOST_CHARACTERS = 64 * 1024  # a text may be JSON of all streams
 
 
-def messages(topic: str, timeout_s: float, stopping: threading.Event) -> Iterator[Any]:
+def messages(
+    topic: str, timeout_s: float, stopping: threading.Event, found: Callable[[], None]
+) -> Iterator[Any]:
     """Yields the messages of a topic until `stopping` is set.
 
     Args:
         timeout_s: how long to wait for a publisher.
+        found: is called when there is one.
 
     Raises:
         RosError: the topic has no publisher, or its type is not installed.
@@ -43,6 +46,7 @@ def messages(topic: str, timeout_s: float, stopping: threading.Event) -> Iterato
             type = _await_type(node, executor, topic, timeout_s, stopping)
             if type is None:
                 return
+            found()
             node.create_subscription(_class(type), topic, arrived.append, _qos(node, topic))
             while not stopping.is_set():
                 executor.spin_once(timeout_sec=_WAIT_S)
