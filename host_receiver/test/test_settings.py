@@ -95,6 +95,7 @@ def test_a_number_for_the_link_is_the_same_as_text(settings: Settings, value: ob
         ("world_left.enabled", None, "expected true or false, found nothing"),
         ("world_left.enabled", [True], "expected true or false, found a list"),
         ("world_left.enable", True, "unknown key with value true; .* did you mean enabled?"),
+        ("color.enabled", True, "stream color is configured by the section picture_center"),
         ("world_lefty.enabled", True, "unknown section; .* did you mean world_left?"),
         ("imu.angular_velocity_variance", -1.0, "expected a number of at least 0, found -1.0"),
         ("tf.layout", "round", 'expected one of flat, rig, found "round"'),

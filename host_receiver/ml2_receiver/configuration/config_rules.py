@@ -1,11 +1,12 @@
 """Checks configuration values, and describes the problems."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ..errors import Problem
 from ..table.key_values import accepts, expected, scalar
+from ..table.reader import load_table
 from ..table.stream_table import Mode, Section
 from ..wire.json_body import Scalar
 from .parameter_file import Parameter, expected_one_of
@@ -70,7 +71,7 @@ def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Ite
         section, _, key = name.partition(".")
         if section not in sections:
             if section not in unknown_sections:
-                message = f"unknown section; {expected_one_of(sections, section)}"
+                message = f"unknown section; {_expected_section(sections, section)}"
                 yield Problem(parameter.line, section, parameter.text, message)
             unknown_sections.add(section)
         elif not key:
@@ -83,6 +84,13 @@ def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Ite
         elif not accepts(parameter.value, sections[section].keys[key]):
             message = f"expected {expected(sections[section].keys[key])}, found {parameter.text}"
             yield Problem(parameter.line, name, parameter.text, message)
+
+
+def _expected_section(sections: Collection[str], found: str) -> str:
+    stream = load_table().streams.get(found)
+    if stream is not None:
+        return f"the stream {found} is configured by the section {stream.section}"
+    return expected_one_of(sections, found)
 
 
 def read_values(parameters: Parameters, sections: Mapping[str, Section]) -> dict[str, Scalar]:
