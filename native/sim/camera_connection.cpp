@@ -192,6 +192,7 @@ void CameraConnection::reset() {
 
 CameraCall::CameraCall(CameraConnection &connection, MLHandle handle, const char *function)
     : connection_(connection), result_(MLResult_IllegalState) {
+    passHold(function);
     if (handle != connection.handle_ || handle == ML_INVALID_HANDLE) {
         misuse(ML2SIM_MISUSE_HANDLE, "%s: handle %#lx is not open", function, handle);
         result_ = MLResult_InvalidParam;
@@ -208,6 +209,15 @@ CameraCall::CameraCall(CameraConnection &connection, MLHandle handle, const char
 CameraCall::~CameraCall() {
     if (isInside_)
         connection_.isBusy_ = false;
+}
+
+void passHold(const char *function) {
+    const auto isHeld = [function] {
+        const auto held = text(Key::Held);
+        return !held.empty() && ("+" + held + "+").find("+" + std::string(function) + "+") != std::string::npos;
+    };
+    for (uint64_t seen = wakeCount(); isHeld(); seen = wakeCount())
+        waitUntil(mlTimeNow() + kSecond, seen);
 }
 
 MLResult refuseArgument(const char *function, const char *what) {

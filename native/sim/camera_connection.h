@@ -105,6 +105,9 @@ class CameraCall {
     MLResult result_;
 };
 
+/** Returns when the key held does not name the function. */
+void passHold(const char *function);
+
 /** Count a misuse and return the result for it. */
 MLResult refuseArgument(const char *function, const char *what);
 MLResult refuseVersion(const char *function, uint32_t expected, uint32_t found);

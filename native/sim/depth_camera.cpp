@@ -158,6 +158,7 @@ void resetDepthCamera() {
 using namespace ml2sim;
 
 MLResult MLDepthCameraConnect(const MLDepthCameraSettings *settings, MLHandle *out_camera) {
+    passHold(__func__);
     if (out_camera == nullptr)
         return refuseArgument(__func__, "out_camera is null");
     DepthChoice wanted{};

@@ -127,6 +127,7 @@ void resetEyeCamera() { connection.reset(); }
 using namespace ml2sim;
 
 MLResult MLEyeCameraConnect(const MLEyeCameraSettings *settings, MLHandle *out_cameras) {
+    passHold(__func__);
     if (out_cameras == nullptr)
         return refuseArgument(__func__, "out_cameras is null");
     if (const auto result = check(__func__, settings))

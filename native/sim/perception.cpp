@@ -51,6 +51,7 @@ MLResult MLPerceptionInitSettings(MLPerceptionSettings *out_settings) {
 }
 
 MLResult MLPerceptionStartup(MLPerceptionSettings *settings) {
+    passHold(__func__);
     if (settings == nullptr)
         return refuseArgument(__func__, "settings are null");
     if (isOn(Key::FaultPerceptionStartup))

@@ -39,6 +39,7 @@ std::vector<Row> plainRows() {
          "1: the app runs the perception system, which then is not the library's to start or shut down"},
         {"mains_hz", Kind::Whole, 0, 0, 60, "50 or 60: the depth camera has only the rates that this mains allows"},
         {"perception_startup_s", Kind::Real, 0, 0, 60, "seconds from MLPerceptionStartup to the first snapshot"},
+        {"held", Kind::Text, 0, 0, 0, "functions of the vendor that do not return, with + between; empty: none"},
         {"fault.color.permission", Kind::Whole, 0, 0, 1, "1: MLCVCameraTrackingCreate gives PermissionDenied"},
         {"fault.color.pose", Kind::Whole, 0, 0, 2,
          "MLCVCameraGetFramePose gives 1: PoseNotFound, 2: UnspecifiedFailure"},

@@ -31,6 +31,7 @@ enum class Key {
     AppPerception,
     Mains,
     PerceptionStartup,
+    Held,
     FaultColorPermission,
     FaultColorPose,
     FaultGazePermission,

@@ -34,6 +34,7 @@ std::mutex mutex;
 std::set<const MLSnapshot *> snapshots;
 
 MLResult make(const char *function, MLTime time, MLSnapshot **out) {
+    passHold(function);
     if (out == nullptr)
         return refuseArgument(function, "out_snapshot is null");
     *out = nullptr;
@@ -56,6 +57,7 @@ MLResult make(const char *function, MLTime time, MLSnapshot **out) {
 }
 
 MLResult checkOpen(const char *function, const MLSnapshot *snapshot) {
+    passHold(function);
     const std::lock_guard lock(mutex);
     if (snapshots.count(snapshot) == 1)
         return MLResult_Ok;

@@ -7,6 +7,7 @@
 using namespace ml2sim;
 
 MLResult MLTimeConvertMLTimeToSystemTime(MLTime ml_time, struct timespec *out_monotonic) {
+    passHold(__func__);
     if (out_monotonic == nullptr)
         return refuseArgument(__func__, "out_monotonic is null");
     if (isOn(Key::FaultTimeConvert))
@@ -19,6 +20,7 @@ MLResult MLTimeConvertMLTimeToSystemTime(MLTime ml_time, struct timespec *out_mo
 }
 
 MLResult MLTimeConvertSystemTimeToMLTime(const struct timespec *monotonic, MLTime *out_ml_time) {
+    passHold(__func__);
     if (monotonic == nullptr || out_ml_time == nullptr)
         return refuseArgument(__func__, "monotonic or out_ml_time is null");
     if (monotonic->tv_nsec < 0 || monotonic->tv_nsec >= kSecond)

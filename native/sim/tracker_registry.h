@@ -25,6 +25,7 @@ template <typename T> class TrackerRegistry {
 
     /** As create, of a tracker that does not need the perception system. */
     MLResult createAnytime(const char *function, MLHandle *out, Key fault, MLResult denied, T value = {}) {
+        passHold(function);
         if (out == nullptr)
             return refuseArgument(function, "the pointer to the handle is null");
         *out = ML_INVALID_HANDLE;
@@ -47,6 +48,7 @@ template <typename T> class TrackerRegistry {
 
     /** Returns the value of an open tracker; counts a misuse if the handle is not open. */
     std::optional<T> find(const char *function, MLHandle handle) const {
+        passHold(function);
         std::unique_lock lock(mutex_);
         const auto found = open_.find(handle);
         if (found != open_.end())

@@ -211,6 +211,7 @@ void resetWorldCamera() { connection.reset(); }
 using namespace ml2sim;
 
 MLResult MLWorldCameraConnect(const MLWorldCameraSettings *settings, MLHandle *out_cameras) {
+    passHold(__func__);
     if (out_cameras == nullptr)
         return refuseArgument(__func__, "out_cameras is null");
     if (const auto result = check(__func__, settings))

@@ -1,9 +1,11 @@
 // Keys, time and what ml2sim.h says of the truth.
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <ctime>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include <unistd.h>
 
@@ -101,6 +103,25 @@ TEST_F(Control, ConversionsRefuseWhatIsNoTimeAndFailByFault) {
     expectMisuse(ML2SIM_MISUSE_ARGUMENT, 2);
     set("fault.time.convert", "1");
     EXPECT_EQ(MLTimeConvertMLTimeToSystemTime(ml2sim_now_mltime(), &system), MLResult_UnspecifiedFailure);
+}
+
+TEST_F(Control, AFunctionThatIsHeldReturnsWhenItIsHeldNoLongerAndOthersReturnMeanwhile) {
+    set("held", "MLHeadTrackingCreate+MLTimeConvertMLTimeToSystemTime");
+    std::atomic<bool> hasReturned{false};
+    std::thread caller([&hasReturned] {
+        timespec system{};
+        EXPECT_EQ(MLTimeConvertMLTimeToSystemTime(ml2sim_now_mltime(), &system), MLResult_Ok);
+        hasReturned = true;
+    });
+    const timespec now = {1000, 0};
+    for (int calls = 0; calls < 1000; calls++) {
+        MLTime time = 0;
+        EXPECT_EQ(MLTimeConvertSystemTimeToMLTime(&now, &time), MLResult_Ok);
+        usleep(100);
+    }
+    EXPECT_FALSE(hasReturned);
+    set("held", "");
+    caller.join();
 }
 
 TEST_F(Control, ThePathRepeatsAfterTheLoopAndDiffersBySeed) {

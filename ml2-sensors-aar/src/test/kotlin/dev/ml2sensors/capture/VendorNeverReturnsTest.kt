@@ -62,8 +62,7 @@ class VendorNeverReturnsTest {
             Simulation.configure("still_images", 1)
             val pixels = listOf(PixelSensor.DEPTH, PixelSensor.WORLD, PixelSensor.EYE)
             val sources = pixels.map { NativePixelSource(it, NativeBackend.SDK) } +
-                PoseSensor.entries.map { NativePoseSource(it, NativeBackend.SDK) } +
-                NativeInputSource(NativeBackend.SDK)
+                ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.SDK) }
             headset = SensorHeadset(Headset.Identity("harsh", "harsh"), NativeHeadsetClock, sources)
             val clock = HostClock(headset.clock)
             repeat(FIRST_EXCHANGES) { Native.now().let { clock.add(TimeExchange(it, it, it, it)) } }
