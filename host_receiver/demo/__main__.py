@@ -32,6 +32,7 @@ RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
 HEADSET = ROOT / "ml2-sensors-aar" / "simulator" / "ml2-headset"
 OUTPUT = ROOT / "build" / "demo"
 _LISTENING = "listening on "
+_STARTING = "starting; `host_receiver/ml2-receiver view` shows more, in a second terminal"
 _WIDTH = 150
 # The first demo draws images while it streams them: as few as there can be.
 _LOOP_S = 2
@@ -49,6 +50,7 @@ def main() -> int:
     # The demo stays on this machine unless the user has chosen otherwise.
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     OUTPUT.mkdir(parents=True, exist_ok=True)
+    print(_STARTING, file=sys.stderr, flush=True)
     with ExitStack() as stack:
         near, far = _hosts(stack, arguments.link)
         keys = Path(stack.enter_context(TemporaryDirectory()))

@@ -24,13 +24,22 @@ def pair(pairing: Sequence[str | Path], headset: Sequence[str | Path]) -> None:
 def offered(pairing: Sequence[str | Path]) -> Iterator[str]:
     """Runs `ml2-receiver pair` and yields its URI, when the receiver has its key.
 
-    Waits at the end until it has stored the headset that accepted.
+    Waits at the end until it has stored the headset that accepted. What it says to people, such as
+    for how long the URI is valid, is shown only if there is no URI.
+
+    Raises:
+        SystemExit: there is no URI; it says why.
     """
     command = [*map(str, pairing), "--listen", "127.0.0.1:0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
         assert process.stdout is not None
+        assert process.stderr is not None
         try:
-            yield process.stdout.readline().strip()
+            uri = process.stdout.readline().strip()
+            if not uri:
+                raise SystemExit(process.stderr.read())
+            yield uri
             process.wait(_PATIENCE_S)
         finally:
             process.terminate()

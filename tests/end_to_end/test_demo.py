@@ -35,6 +35,8 @@ def test_the_demo_leaves_a_report_and_a_picture(tmp_path: Path) -> None:
     sections = "world_left: {enabled: true}, other_sensors: {enabled: true}"
     demo = run_demo(tmp_path, sections, "--duration", "2")
     assert demo.returncode == 0, demo.stdout + demo.stderr
+    assert "ml2-receiver view" in demo.stderr
+    assert "valid for" not in demo.stderr, "nobody else is to pair"
     report = json.loads((DEMO / "report.json").read_text())
     assert report["source"] == "simulated"
     assert 1 < report["duration_s"] < 4
