@@ -1,6 +1,6 @@
 """Processes on this machine; little can be read about those of other users."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +18,12 @@ class Process:
     command: tuple[str, ...]
 
     def __str__(self) -> str:
-        return f"{self.name} (pid {self.pid})"
+        name = "ml2-receiver" if self.is_ours else self.name  # which is that of the interpreter
+        return f"{name} (pid {self.pid})"
+
+    @property
+    def is_ours(self) -> bool:
+        return _is_ours(self.command)
 
     def environment(self, variable: str) -> str | None:
         """Returns a variable's value at the start of the process; None if unset or unreadable."""
@@ -42,8 +47,11 @@ def is_receiver(command: tuple[str, ...]) -> bool:
     """Returns True if a command line runs `ml2-receiver run`, by script or by module."""
     if "run" not in command:
         return False
-    program = command[: command.index("run")]
-    return any(word == "ml2_receiver" or Path(word).name == "ml2-receiver" for word in program)
+    return _is_ours(command[: command.index("run")])
+
+
+def _is_ours(words: Iterable[str]) -> bool:
+    return any(word == "ml2_receiver" or Path(word).name == "ml2-receiver" for word in words)
 
 
 def listener_of(port: int) -> Process | None:

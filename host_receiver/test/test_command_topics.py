@@ -1,3 +1,4 @@
+import io
 import json
 import re
 import signal
@@ -5,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from configurations import only
 from ml2_receiver.wire.messages import StreamStatus
+from ml2_tools.monitoring.topic_table import topic_table
 from mock_device import MockDevice
 from repeated import repeated
 from ros_processes import Child, Receiver
@@ -78,6 +81,13 @@ def test_80_columns_have_rate_losses_and_latency(device: MockDevice) -> None:
         lossy = r"\n  battery +[\d.]+ +as delivered +2 +[\d.]+ +[\d.]+ +lost "
         shown = child.await_shown(f"(?s){head}.*{whole}.*{lossy}".encode())
     assert max(len(it.rstrip()) for it in plain(shown).splitlines()) <= 80
+
+
+def test_a_wide_table_says_why_messages_were_lost() -> None:
+    lost = {"message": "lost messages: 3", "dropped.queue_full": "3", "dropped.no_buffer": "0"}
+    console = Console(width=150, file=io.StringIO(), record=True)
+    console.print(topic_table({BATTERY: {"type": "sensor_msgs/msg/BatteryState"} | lost}, console))
+    assert re.search(r"battery.* lost: queue_full +\n", console.export_text())
 
 
 def line_with(child: Child, words: str) -> str:

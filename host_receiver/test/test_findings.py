@@ -134,6 +134,12 @@ def test_a_receiver_is_known_by_its_command(command: tuple[str, ...], is_one: bo
     assert is_receiver(command) is is_one
 
 
+def test_a_process_of_ours_has_the_name_that_was_typed() -> None:
+    ours = ("python3", "-P", "-m", "ml2_receiver", "record", "walk")
+    assert str(Process(7, "python3", ours)) == "ml2-receiver (pid 7)"
+    assert str(Process(7, "python3", ("python3", "other.py"))) == "python3 (pid 7)"
+
+
 @pytest.mark.parametrize("host", ["127.0.0.1", "::1"])
 def test_the_process_that_listens_is_found(host: str) -> None:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET

@@ -40,8 +40,11 @@ def _cannot_listen(port: int, error: OSError) -> tuple[str, str]:
     """Returns why listening failed, and what to do."""
     match error.errno:
         case errno.EADDRINUSE:
-            holder = listener_of(port) or "a process of another user"
-            return f"the port is used by {holder}", "Stop it, or choose another port with --listen."
+            holder = listener_of(port)
+            hint = "Stop it, or choose another port with --listen."
+            if holder is not None and holder.is_ours:
+                hint += " `ml2-receiver record --attach` has it record."
+            return f"the port is used by {holder or 'a process of another user'}", hint
         case errno.EACCES:
             hint = "Choose a port above 1023 with --listen."
         case _:

@@ -82,8 +82,9 @@ def _table(figures: list[dict[str, Any]], title: str, prefix: str, numbers: Sequ
     for topic in figures:
         cells = (_cell(topic[key], _UNKNOWN.get(key, "-")) for key in numbers)
         words = "✓" if topic["state"] == ALL_ARRIVED else markup(topic["state"])
-        if prefix and words.startswith(LOST):
-            words = LOST.partition(" ")[0]  # the column says how many
+        if words.startswith(LOST):  # the column says how many
+            reasons = ", ".join(reason for reason, count in topic["dropped"].items() if count)
+            words = f"lost: {markup(reasons)}" if reasons and not prefix else "lost"
         table.add_row(markup(topic["topic"].removeprefix(prefix)), *cells, words)
     return table
 
