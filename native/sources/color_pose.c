@@ -4,8 +4,8 @@
 #include "head_tracker.h"
 #include "source.h"
 
-static MLHandle head_tracker = ML_INVALID_HANDLE;
-static MLHandle camera_tracker = ML_INVALID_HANDLE;
+static MLHandle head_tracker;
+static MLHandle camera_tracker;
 
 static ml2s_result require(ml2s_error *error) {
     return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CV | 1u << SDK_TIME, error);
@@ -16,13 +16,13 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     ml2s_result result = head_tracker_open(&head_tracker, error);
     return result ? result
                   : head_tracker_close_on_failure(SDK_CALL(error, cv, MLCVCameraTrackingCreate, &camera_tracker),
-                                                  &camera_tracker, &head_tracker);
+                                                  head_tracker);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    return head_tracker_close_after(SDK_CALL(error, cv, MLCVCameraTrackingDestroy, camera_tracker), &camera_tracker,
-                                    &head_tracker, error);
+    return head_tracker_close_after(SDK_CALL(error, cv, MLCVCameraTrackingDestroy, camera_tracker), head_tracker,
+                                    error);
 }
 
 /** Returns ML2S_NO_POSE after any failure, so that the image is still delivered. */

@@ -5,8 +5,8 @@
 #include "head_tracker.h"
 #include "source.h"
 
-static MLHandle head_tracker = ML_INVALID_HANDLE;
-static MLHandle tracker = ML_INVALID_HANDLE;
+static MLHandle head_tracker;
+static MLHandle tracker;
 
 static ml2s_result require(ml2s_error *error) {
     return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CONTROLLER | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
@@ -18,13 +18,12 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     ml2s_result result = head_tracker_open(&head_tracker, error);
     return result ? result
                   : head_tracker_close_on_failure(SDK_CALL(error, controller, MLControllerCreateEx, &modes, &tracker),
-                                                  &tracker, &head_tracker);
+                                                  head_tracker);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    return head_tracker_close_after(SDK_CALL(error, controller, MLControllerDestroy, tracker), &tracker, &head_tracker,
-                                    error);
+    return head_tracker_close_after(SDK_CALL(error, controller, MLControllerDestroy, tracker), head_tracker, error);
 }
 
 static ml2s_result locate(const MLCoordinateFrameUID *frame, ml2s_reading *pose, ml2s_error *error) {
@@ -62,24 +61,18 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
 const struct source_ops source_controller = {
     .require = require, .open = begin, .poll_readings = poll_readings, .close = end};
 
-static MLHandle input_tracker = ML_INVALID_HANDLE;
+static MLHandle input_tracker;
 
 static ml2s_result require_input(ml2s_error *error) { return sdk_require(1u << SDK_INPUT | 1u << SDK_TIME, error); }
 
 static ml2s_result begin_input(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    ml2s_result result = SDK_CALL(error, input, MLInputCreate, &input_tracker);
-    if (result) {
-        input_tracker = ML_INVALID_HANDLE;
-    }
-    return result;
+    return SDK_CALL(error, input, MLInputCreate, &input_tracker);
 }
 
 static ml2s_result end_input(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    ml2s_result result = SDK_CALL(error, input, MLInputDestroy, input_tracker);
-    input_tracker = ML_INVALID_HANDLE;
-    return result;
+    return SDK_CALL(error, input, MLInputDestroy, input_tracker);
 }
 
 /** Copies the state of a connected controller. Only the first touch counts: the controller tells one finger apart. */

@@ -5,7 +5,7 @@
 #include "depth_image.h"
 #include "source.h"
 
-static MLHandle camera = ML_INVALID_HANDLE;
+static MLHandle camera;
 static struct radial_factors radial;
 
 static MLDepthCameraFrameType type_of(const ml2s_settings *settings) {
@@ -54,18 +54,12 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = perception_start(error))) {
         return result;
     }
-    result = SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera);
-    if (result) {
-        camera = ML_INVALID_HANDLE;
-    }
-    return result;
+    return SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    ml2s_result result = SDK_CALL(error, depth, MLDepthCameraDisconnect, camera);
-    camera = ML_INVALID_HANDLE;
-    return result;
+    return SDK_CALL(error, depth, MLDepthCameraDisconnect, camera);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {

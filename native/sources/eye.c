@@ -7,7 +7,7 @@
 
 enum { CAMERAS = 4 };
 
-static MLHandle cameras = ML_INVALID_HANDLE;
+static MLHandle cameras;
 
 static const struct {
     MLEyeCameraIdentifier id;
@@ -41,18 +41,12 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = perception_start(error))) {
         return result;
     }
-    result = SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras);
-    if (result) {
-        cameras = ML_INVALID_HANDLE;
-    }
-    return result;
+    return SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    ml2s_result result = SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras);
-    cameras = ML_INVALID_HANDLE;
-    return result;
+    return SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {

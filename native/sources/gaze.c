@@ -4,8 +4,8 @@
 #include "head_tracker.h"
 #include "source.h"
 
-static MLHandle head_tracker = ML_INVALID_HANDLE;
-static MLHandle tracker = ML_INVALID_HANDLE;
+static MLHandle head_tracker;
+static MLHandle tracker;
 static MLEyeTrackingStaticData eyes;
 
 static ml2s_result require(ml2s_error *error) {
@@ -14,14 +14,13 @@ static ml2s_result require(ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    return head_tracker_close_after(SDK_CALL(error, eye_tracking, MLEyeTrackingDestroy, tracker), &tracker,
-                                    &head_tracker, error);
+    return head_tracker_close_after(SDK_CALL(error, eye_tracking, MLEyeTrackingDestroy, tracker), head_tracker, error);
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     ml2s_result result = head_tracker_open(&head_tracker, error);
     if (result || (result = head_tracker_close_on_failure(SDK_CALL(error, eye_tracking, MLEyeTrackingCreate, &tracker),
-                                                          &tracker, &head_tracker))) {
+                                                          head_tracker))) {
         return result;
     }
     result = SDK_CALL(error, eye_tracking, MLEyeTrackingGetStaticData, tracker, &eyes);

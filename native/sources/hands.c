@@ -18,8 +18,8 @@ static const uint8_t key_points[] = {
 enum { JOINTS = sizeof key_points };
 
 static const uint32_t streams[MLHandTrackingHandType_Count] = {ML2S_STREAM_HAND_LEFT, ML2S_STREAM_HAND_RIGHT};
-static MLHandle head_tracker = ML_INVALID_HANDLE;
-static MLHandle tracker = ML_INVALID_HANDLE;
+static MLHandle head_tracker;
+static MLHandle tracker;
 static MLHandTrackingStaticData frames;
 
 static ml2s_result require(ml2s_error *error) {
@@ -28,8 +28,8 @@ static ml2s_result require(ml2s_error *error) {
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    return head_tracker_close_after(SDK_CALL(error, hand_tracking, MLHandTrackingDestroy, tracker), &tracker,
-                                    &head_tracker, error);
+    return head_tracker_close_after(SDK_CALL(error, hand_tracking, MLHandTrackingDestroy, tracker), head_tracker,
+                                    error);
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
@@ -37,9 +37,8 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     MLHandTrackingSettingsInit(&vendor);
     MLHandTrackingStaticDataInit(&frames);
     ml2s_result result = head_tracker_open(&head_tracker, error);
-    if (result ||
-        (result = head_tracker_close_on_failure(
-             SDK_CALL(error, hand_tracking, MLHandTrackingCreateEx, &vendor, &tracker), &tracker, &head_tracker))) {
+    if (result || (result = head_tracker_close_on_failure(
+                       SDK_CALL(error, hand_tracking, MLHandTrackingCreateEx, &vendor, &tracker), head_tracker))) {
         return result;
     }
     result = SDK_CALL(error, hand_tracking, MLHandTrackingGetStaticData, tracker, &frames);

@@ -4,7 +4,7 @@
 #include "head_tracker.h"
 #include "source.h"
 
-static MLHandle tracker = ML_INVALID_HANDLE;
+static MLHandle tracker;
 static MLHeadTrackingStaticData head;
 
 /** Map events that were read and not yet delivered. The device reports each event once. */
@@ -12,7 +12,7 @@ static uint64_t events;
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    return head_tracker_close(&tracker, error);
+    return head_tracker_close(tracker, error);
 }
 
 static ml2s_result require(ml2s_error *error) {

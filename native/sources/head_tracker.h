@@ -6,14 +6,12 @@
 /** The function tables that a head tracker needs. */
 #define HEAD_TRACKER_AREAS (1u << SDK_HEAD | 1u << SDK_PERCEPTION)
 
-/** Opens a head tracker. On failure *tracker is ML_INVALID_HANDLE. */
 ml2s_result head_tracker_open(MLHandle *tracker, ml2s_error *error);
 
 /** Closes the head tracker if result, that of creating the other tracker, is a failure. Returns result. */
-ml2s_result head_tracker_close_on_failure(ml2s_result result, MLHandle *other, MLHandle *tracker);
+ml2s_result head_tracker_close_on_failure(ml2s_result result, MLHandle tracker);
 
 /** Closes the head tracker after the other one was destroyed with result. Returns the first failure. */
-ml2s_result head_tracker_close_after(ml2s_result result, MLHandle *other, MLHandle *tracker, ml2s_error *error);
+ml2s_result head_tracker_close_after(ml2s_result result, MLHandle tracker, ml2s_error *error);
 
-/** Closes a head tracker and sets *tracker to ML_INVALID_HANDLE. */
-ml2s_result head_tracker_close(MLHandle *tracker, ml2s_error *error);
+ml2s_result head_tracker_close(MLHandle tracker, ml2s_error *error);

@@ -7,7 +7,7 @@
 
 enum { CAMERAS = 3, MODES = 2 };
 
-static MLHandle cameras = ML_INVALID_HANDLE;
+static MLHandle cameras;
 
 static const struct {
     MLWorldCameraIdentifier id;
@@ -42,23 +42,14 @@ static ml2s_result require(ml2s_error *error) {
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
-    ml2s_result result = perception_start(error);
-    if (result) {
-        return result;
-    }
     MLWorldCameraSettings vendor = translate(settings);
-    result = SDK_CALL(error, world, MLWorldCameraConnect, &vendor, &cameras);
-    if (result) {
-        cameras = ML_INVALID_HANDLE;
-    }
-    return result;
+    ml2s_result result = perception_start(error);
+    return result ? result : SDK_CALL(error, world, MLWorldCameraConnect, &vendor, &cameras);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    ml2s_result result = SDK_CALL(error, world, MLWorldCameraDisconnect, cameras);
-    cameras = ML_INVALID_HANDLE;
-    return result;
+    return SDK_CALL(error, world, MLWorldCameraDisconnect, cameras);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
