@@ -1,15 +1,53 @@
-#include "action_pose.h"
-
+// Sensors that are the pose of one action: the hand-held controller, and the gaze ray of both eyes together, which
+// begins at its position and looks along -z.
+#include "../sdk/error.h"
+#include "../sources/source.h"
+#include "actions.h"
 #include "poses.h"
 #include "runtime.h"
 
-ml2s_result action_pose_end(struct action_pose *pose, ml2s_error *error) {
-    ml2s_result result = XR_CALL(error, core, xrDestroySpace, pose->space);
-    pose->space = XR_NULL_HANDLE;
-    return xr_end(result, error);
+static struct action_pose {
+    uint32_t stream;
+    enum action action;
+    enum xr_area area;
+    const char *name;
+    XrSpace space;
+} gaze = {ML2S_STREAM_GAZE, ACTION_GAZE, XR_GAZE, "gaze", XR_NULL_HANDLE},
+  controller = {ML2S_STREAM_CONTROLLER, ACTION_CONTROLLER, XR_CONTROLLER, "controller", XR_NULL_HANDLE};
+
+static struct action_pose *pose_of(const ml2s_settings *settings) {
+    return settings->sensor == ML2S_SENSOR_GAZE ? &gaze : &controller;
 }
 
-ml2s_result action_pose_poll(const struct action_pose *pose, struct readings *readings, ml2s_error *error) {
+static ml2s_result check_eye_tracking(ml2s_error *error) {
+    XrSystemEyeGazeInteractionPropertiesEXT properties_of_gaze = {
+        .type = XR_TYPE_SYSTEM_EYE_GAZE_INTERACTION_PROPERTIES_EXT};
+    XrSystemProperties properties = {.type = XR_TYPE_SYSTEM_PROPERTIES, .next = &properties_of_gaze};
+    ml2s_result result = XR_CALL(error, core, xrGetSystemProperties, xr.instance, xr.system, &properties);
+    return result || properties_of_gaze.supportsEyeGazeInteraction
+               ? result
+               : error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: gaze (the system has no eye tracking)");
+}
+
+static ml2s_result prepare(const ml2s_settings *settings, ml2s_error *error) {
+    struct action_pose *pose = pose_of(settings);
+    ml2s_result result = actions_attach(pose->action, pose->name, error);
+    if (result || (pose == &gaze && (result = check_eye_tracking(error)))) {
+        return result;
+    }
+    return actions_create_space(pose->action, &pose->space, error);
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    return xr_begin(XR_AREA_BIT(pose_of(settings)->area), prepare, settings, error);
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    return xr_end(XR_CALL(error, core, xrDestroySpace, pose_of(settings)->space), error);
+}
+
+static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
+    const struct action_pose *pose = pose_of(settings);
     struct poses_time now;
     ml2s_reading reading;
     XrPosef located;
@@ -23,3 +61,6 @@ ml2s_result action_pose_poll(const struct action_pose *pose, struct readings *re
     readings_add(readings, &reading);
     return ML2S_OK;
 }
+
+const struct source_ops openxr_action_pose = {
+    .require = xr_require, .open = begin, .poll_readings = poll_readings, .close = end};

@@ -1,15 +1,12 @@
-// The hand-held controller: its pose, and its buttons, trigger and touchpad.
+// Buttons, trigger and touchpad of the hand-held controller.
 #include "../sources/source.h"
-#include "action_pose.h"
+#include "actions.h"
 #include "poses.h"
 #include "runtime.h"
 
-static struct action_pose controller = {.stream = ML2S_STREAM_CONTROLLER};
-
 static ml2s_result prepare(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    ml2s_result result = actions_attach(ACTION_CONTROLLER, "controller", error);
-    return result ? result : actions_create_space(ACTION_CONTROLLER, &controller.space, error);
+    return actions_attach(ACTION_CONTROLLER, "controller", error);
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
@@ -17,28 +14,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
-    return action_pose_end(&controller, error);
-}
-
-static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    (void)settings;
-    return action_pose_poll(&controller, readings, error);
-}
-
-const struct source_ops openxr_controller = {
-    .require = xr_require, .open = begin, .poll_readings = poll_readings, .close = end};
-
-static ml2s_result prepare_input(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
-    return actions_attach(ACTION_CONTROLLER, "controller", error);
-}
-
-static ml2s_result begin_input(const ml2s_settings *settings, ml2s_error *error) {
-    return xr_begin(XR_AREA_BIT(XR_CONTROLLER), prepare_input, settings, error);
-}
-
-static ml2s_result end_input(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
     return xr_end(ML2S_OK, error);
 }
@@ -84,4 +59,4 @@ static ml2s_result poll_input(const ml2s_settings *settings, struct readings *re
 }
 
 const struct source_ops openxr_controller_input = {
-    .require = xr_require, .open = begin_input, .poll_readings = poll_input, .close = end_input};
+    .require = xr_require, .open = begin, .poll_readings = poll_input, .close = end};

@@ -14,9 +14,9 @@ const struct sensor sensors[1 << SENSOR_BITS] = {
                          &source_eye, &openxr_pixels},
     [ML2S_SENSOR_HEAD] = {"head", BIT(HEAD_POSE), &source_head, &openxr_head},
     [ML2S_SENSOR_COLOR] = {"color", BIT(COLOR) | BIT(MIXED_REALITY), &source_color_pose, &openxr_pixels},
-    [ML2S_SENSOR_GAZE] = {"gaze", BIT(GAZE), &source_gaze, &openxr_gaze},
+    [ML2S_SENSOR_GAZE] = {"gaze", BIT(GAZE), &source_gaze, &openxr_action_pose},
     [ML2S_SENSOR_HANDS] = {"hands", BIT(HAND_LEFT) | BIT(HAND_RIGHT), &source_hands, &openxr_hands},
-    [ML2S_SENSOR_CONTROLLER] = {"controller", BIT(CONTROLLER), &source_controller, &openxr_controller},
+    [ML2S_SENSOR_CONTROLLER] = {"controller", BIT(CONTROLLER), &source_controller, &openxr_action_pose},
     [ML2S_SENSOR_CONTROLLER_INPUT] = {"controller input", BIT(CONTROLLER_JOY), &source_controller_input,
                                       &openxr_controller_input},
 };

@@ -54,6 +54,5 @@ struct source_ops {
 extern const struct source_ops source_depth, source_world, source_eye, source_head, source_color_pose, source_gaze,
     source_hands, source_controller, source_controller_input;
 
-/** Sources of ML2S_BACKEND_OPENXR. openxr_pixels has depth, world, eye and color. */
-extern const struct source_ops openxr_pixels, openxr_head, openxr_gaze, openxr_hands, openxr_controller,
-    openxr_controller_input;
+/** Sources of ML2S_BACKEND_OPENXR: pixels are depth, world, eye and color, action_pose is gaze and controller. */
+extern const struct source_ops openxr_pixels, openxr_head, openxr_action_pose, openxr_hands, openxr_controller_input;
