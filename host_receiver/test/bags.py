@@ -1,10 +1,11 @@
-"""Writes recordings by rosbags, which shares nothing with the product's own writer."""
+"""Writes recordings by rosbags, which shares nothing with the product's own writer; counts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+import yaml
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from ros_messages import TYPES
@@ -28,3 +29,13 @@ def write_bag(
         }
         for topic, time_ns, payload in messages:
             writer.write(connections[topic], time_ns, payload)
+
+
+def message_counts(bag: Path) -> dict[str, int]:
+    """Returns the messages by topic, which a recorder also writes while it records."""
+    file = bag / "metadata.yaml"
+    if not file.exists():
+        return {}
+    information = yaml.safe_load(file.read_text())["rosbag2_bagfile_information"]
+    topics = information["topics_with_message_count"]
+    return {it["topic_metadata"]["name"]: it["message_count"] for it in topics}

@@ -1,8 +1,52 @@
-"""Checks that the counters of a headset and its receiver agree."""
+"""Looks at the counters of a headset, its receiver and their subscriber."""
 
 from __future__ import annotations
 
-from processes import Received
+import json
+import subprocess
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from processes import Received, full_name, lines
+from waiting import LIMIT_S
+
+# What a subscriber prints about once per second; see observer.py.
+type Snapshot = dict[str, Any]
+
+
+def have_arrived(least: Mapping[str, int], of_others: int = 0) -> Callable[[Snapshot], bool]:
+    """Returns a predicate of snapshots: at least so many messages of each topic have arrived."""
+    named = {full_name(topic): count for topic, count in least.items()}
+
+    def is_enough(snapshot: Snapshot) -> bool:
+        topics = snapshot["topics"]
+        return all(
+            topics[it]["count"] >= named.get(it, of_others) for it in topics.keys() | named.keys()
+        )
+
+    return is_enough
+
+
+def await_snapshot(
+    subscriber: subprocess.Popen[str], is_enough: Callable[[Snapshot], bool]
+) -> Snapshot:
+    """Reads what a subscriber prints until a snapshot is enough, and returns that one."""
+    deadline_s = time.monotonic() + LIMIT_S
+    snapshot: Snapshot = {}
+    for line in lines(subscriber):
+        snapshot = json.loads(line)
+        if is_enough(snapshot):
+            return snapshot
+        assert time.monotonic() < deadline_s, f"not enough within {LIMIT_S:g} s: {snapshot}"
+    raise AssertionError(f"the subscriber ended before there was enough: {snapshot}")
+
+
+def await_more(subscriber: subprocess.Popen[str], topic: str, count: int = 1) -> None:
+    """Waits until so many more messages of a topic have arrived from now on."""
+    name, now_s = full_name(topic), time.time()
+    begun = await_snapshot(subscriber, lambda it: it["topics"][name]["last_s"] > now_s)
+    await_snapshot(subscriber, have_arrived({name: begun["topics"][name]["count"] + count - 1}))
 
 
 def assert_counters_agree(received: Received) -> None:

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from processes import (
     PATHS,
-    PREFIX,
     Received,
+    full_name,
     headset_command,
     isolated_environment,
     listening_address,
@@ -25,12 +25,12 @@ from waiting import LIMIT_S
 
 @contextlib.contextmanager
 def streaming(config: Path, folder: Path, **simulation: str) -> Iterator[dict[str, str]]:
-    """Streams for a minute or until the end of the block; yields the environment variables."""
+    """Streams until the end of the block; yields the environment variables."""
     environment = isolated_environment()
     options = [word for it in simulation.items() for word in ("--simulate", "=".join(it))]
     receive = receive_command(config, "127.0.0.1:0")
     with process(receive, environment, folder / "receiver.log") as receiver:
-        headset = headset_command(listening_address(receiver), "--duration", "60", *options)
+        headset = headset_command(listening_address(receiver), *options)
         with process(headset, environment, folder / "headset.log"):
             yield environment
 
@@ -43,7 +43,7 @@ def collect(
     Args:
         types: message types by topic name, relative to the prefix or absolute.
     """
-    names = {name if name[0] == "/" else f"{PREFIX}/{name}": type for name, type in types.items()}
+    names = {full_name(name): type for name, type in types.items()}
     output = folder / "topics.pickle"
     script = Path(__file__).with_name("topics_subscriber.py")
     command: list[str | Path] = [sys.executable, script, json.dumps(names), str(count), output]

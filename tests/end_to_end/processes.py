@@ -86,14 +86,18 @@ class Received:
 
     def messages(self, topic: str) -> list[Any]:
         """Returns the decoded messages of a topic, named below the prefix or absolutely."""
-        name = topic if topic.startswith("/") else f"{PREFIX}/{topic}"
-        message_type, payloads = self.topics[name]
+        message_type, payloads = self.topics[full_name(topic)]
         return [deserialize_message(payload, message_class(message_type)) for payload in payloads]
 
     def counters(self, topic: str) -> dict[str, str]:
         """Returns the last diagnostics of a topic."""
         counters: dict[str, str] = self.snapshot["topics"][topic]["diagnostics"]
         return counters
+
+
+def full_name(topic: str) -> str:
+    """Returns the name of a topic that is named below the prefix or absolutely."""
+    return topic if topic.startswith("/") else f"{PREFIX}/{topic}"
 
 
 def isolated_environment() -> dict[str, str]:
@@ -154,7 +158,7 @@ def receive(
     """
     for _ in range(_MOST_RUNS):
         received = receive_once(config, headset_options, folder, *more, **options)
-        takes_part = more or {"link", "on_snapshot", "is_enough"} & options.keys()
+        takes_part = more or {"link", "is_enough"} & options.keys()
         if takes_part or not left_out(folder / "headset.log"):
             break
         drawing.forget(config, headset_options)
@@ -166,21 +170,18 @@ def receive_once(
     headset_options: list[str],
     folder: Path,
     link: Callable[[str], Proxy] | None = None,
-    on_snapshot: Callable[[Proxy | None, int], None] = lambda _, __: None,
     receiver_options: Sequence[str] = (),
     program: Sequence[str | Path] = (HEADSET,),
     security: Security = PLAINTEXT,
-    is_enough: Callable[[dict[str, Any]], bool] = lambda _: False,
+    is_enough: Callable[[dict[str, Any]], bool] | None = None,
 ) -> Received:
     """Runs a headset to its end and returns all received messages; logs are in `folder`.
 
     Args:
         headset_options: options of ml2-headset, which `program` starts.
         link: makes the proxy between headset and receiver, from the receiver's address.
-        on_snapshot: is called about once per second with the proxy and a count from 0, from the
-            first message on.
-        is_enough: gets the messages and statistics so far, about once per second, and returns True
-            to end the headset.
+        is_enough: gets a snapshot about once per second, and returns True to end the headset; it
+            ends after LIMIT_S otherwise.
     """
     if tuple(program) == (HEADSET,):
         draw_images(config, headset_options, folder, receiver_options, security)
@@ -204,11 +205,11 @@ def receive_once(
         proxy = start(link(address)) if link else None
         destination = proxy.address if proxy else address
         headset = [*program, "--receiver", destination, *security.headset, *headset_options]
+        headset += ["--duration", f"{LIMIT_S}"] if is_enough else []
         running = start(process(headset, environment, folder / "headset.log"))
         snapshots = _from_first_message(map(json.loads, lines(subscriber)), running)
-        for number, snapshot in enumerate(snapshots):
-            on_snapshot(proxy, number)
-            if is_enough(snapshot):
+        for snapshot in snapshots:
+            if is_enough and is_enough(snapshot):
                 running.terminate()
         return result(subscriber, folder)
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import cv2
 import pytest
-import yaml
 
+from bags import message_counts
 from capture_stamps import stamp_ns
 from configurations import only
 from euroc import rows
@@ -57,15 +57,8 @@ def bag(config: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def has_images(bag: Path) -> bool:
-    """Returns whether all images are there, by the counts that the recorder writes regularly."""
-    file = bag / "metadata.yaml"
-    information = yaml.safe_load(file.read_text())["rosbag2_bagfile_information"]
-    counts = {
-        it["topic_metadata"]["name"]: it["message_count"]
-        for it in information["topics_with_message_count"]
-    }
-    images = [counts.get(f"{PREFIX}/{it}/image_raw", 0) for it in CAMERAS.values()]
-    return min(images) > _IMAGES
+    counts = message_counts(bag)
+    return all(counts.get(f"{PREFIX}/{it}/image_raw", 0) > _IMAGES for it in CAMERAS.values())
 
 
 @pytest.fixture(scope="module")

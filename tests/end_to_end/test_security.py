@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from configurations import only
+from counters import have_arrived
 from ml2_receiver.table.reader import load_table
 from processes import (
     PLAINTEXT,
@@ -57,7 +58,8 @@ def test_a_listener_between_them_reads_nothing_unless_both_are_insecure(
         return proxies[0]
 
     security = paired(tmp_path) if is_encrypted else PLAINTEXT
-    received = receive(config, ["--duration", "2"], tmp_path, capturing, security=security)
+    enough = have_arrived({IMAGE: 3, EYE: 1})
+    received = receive(config, [], tmp_path, capturing, security=security, is_enough=enough)
     images = received.messages(IMAGE)
     assert images
     assert received.messages(EYE), "eye images are not withheld"
@@ -82,7 +84,8 @@ def test_a_headset_sends_no_eye_images_in_plaintext_even_if_the_receiver_allows_
     config: Path, tmp_path: Path
 ) -> None:
     security = Security(PLAINTEXT.receiver, ("--insecure",))
-    received = receive(config, ["--duration", "2"], tmp_path, security=security)
+    enough = have_arrived({IMAGE: 1})
+    received = receive(config, [], tmp_path, security=security, is_enough=enough)
     assert received.messages(IMAGE)
     assert f"{PREFIX}/{EYE}" not in received.topics
     assert "eye_nasal_left refused: 'eye images are" in (tmp_path / "receiver.log").read_text()

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from counters import Snapshot, await_snapshot
 from processes import (
     PREFIX,
     RECEIVER,
@@ -39,8 +39,8 @@ class WaitingReceiver:
     def started(
         self, name: str, command: list[str | Path]
     ) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
-        """Starts one more process, which logs to `name`.log."""
-        return process(command, self.environment, self.folder / f"{name}.log")
+        """Starts one more process with a pipe as its input, which logs to `name`.log."""
+        return process(command, self.environment, self.folder / f"{name}.log", subprocess.PIPE)
 
     def run(self, *command: str) -> subprocess.CompletedProcess[str]:
         """Runs a command of ml2-receiver beside the receiver, for 60 s at most."""
@@ -61,10 +61,11 @@ class WaitingReceiver:
 
     def await_reading(self, after_s: float) -> None:
         """Waits for a gyroscope reading that arrives after `after_s` of time.time()."""
-        for line in lines(self.subscriber):
-            if json.loads(line)["topics"][_GYRO]["last_s"] > after_s:
-                return
-        raise AssertionError("the subscriber ended before a reading arrived")
+        self.await_snapshot(lambda it: it["topics"][_GYRO]["last_s"] > after_s)
+
+    def await_snapshot(self, is_enough: Callable[[Snapshot], bool]) -> Snapshot:
+        """Waits until a snapshot of the subscriber is enough, and returns it."""
+        return await_snapshot(self.subscriber, is_enough)
 
     def result(self) -> Received:
         """Waits for the end of the headset and returns the subscriber's result."""
