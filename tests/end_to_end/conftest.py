@@ -16,7 +16,7 @@ from simulation import SMALL
 # groups have all loads that need a processor each, so that no more run at a time.
 _GROUPS = (
     r"test_(harsh|several_headsets|doctor_link|export)\.py",
-    r"test_(rig|simulated|simulated_geometry|truth|products|recorded_tools|silence)\.py",
+    r"test_(rig|controller|simulated|simulated_geometry|truth|products|recorded_tools|silence)\.py",
     r"test_(outage|reconfiguration)\.py",
     r"test_projection\.py.*\[straight",
     r"test_projection\.py.*\[tangential",
@@ -68,7 +68,8 @@ def flat(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
 @pytest.fixture(scope="session")
 def rig(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
     folder = tmp_path_factory.mktemp("rig")
-    return full_load(folder, tf={"layout": "rig"}, picture_center=SMALL)
+    controller = {"backend": "openxr"}
+    return full_load(folder, tf={"layout": "rig"}, picture_center=SMALL, controller=controller)
 
 
 @pytest.fixture(scope="session")

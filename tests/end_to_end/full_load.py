@@ -6,15 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from counters import have_arrived
 from left_out import left_out
-from processes import PREFIX, Received, receive
+from processes import Received, receive
 from simulated_truth import SimulatedTruth
 from simulation import CAMERAS, image_topic, raw_config
 
 # A busy machine drops many messages, so the session lasts until this many have arrived.
-_LEAST = {f"{PREFIX}/{image_topic(camera)}": 100 for camera in CAMERAS}
-_LEAST[f"{PREFIX}/gyro_left/imu"] = 1000
-_LONGEST_S = 60
+_LEAST = {image_topic(camera): 100 for camera in CAMERAS} | {"gyro_left/imu": 1000}
+# The controller's buttons repeat after 4 s.
+_LEAST["controller/joy"] = 300
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,7 @@ def full_load(folder: Path, **changes: dict[str, Any]) -> FullLoad:
     config = folder / "everything.yaml"
     config.write_text(raw_config(**changes))
     truth = SimulatedTruth.now()
-    received = receive(config, ["--duration", f"{_LONGEST_S}"], folder, is_enough=_is_enough)
+    received = receive(config, [], folder, is_enough=have_arrived(_LEAST, of_others=1))
     assert not truth.clock_was_set()
     log = (folder / "receiver.log").read_text()
     return FullLoad(received, truth, log, left_out(folder / "headset.log"))
-
-
-def _is_enough(snapshot: dict[str, Any]) -> bool:
-    topics = snapshot["topics"]
-    return all(topics[name]["count"] >= least for name, least in _LEAST.items())

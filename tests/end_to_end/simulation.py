@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from typing import Any
 
 import yaml
@@ -12,9 +13,18 @@ CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
 EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
 # Options of a headset whose cameras draw one image each, for tests that do not look at images
 STILL = ("--simulate", "still_images=1")
+# An option of a headset to which simulate() writes
+SIMULATE = ("--simulate", "-")
 # The smallest pictures of the colour camera
 SMALL = {"resolution_width": 640, "resolution_height": 480}
 _OTHER_IMAGES = ("picture_center", "depth_center", "world_center", "world_right", *EYES)
+
+
+def simulate(headset: subprocess.Popen[str], *settings: str) -> None:
+    """Sets keys of a simulated device while it streams, each as KEY=VALUE; see SIMULATE."""
+    assert headset.stdin is not None
+    headset.stdin.write("".join(f"{it}\n" for it in settings))
+    headset.stdin.flush()
 
 
 def compressed_config(**changes: dict[str, Any]) -> str:

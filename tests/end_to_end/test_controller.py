@@ -5,18 +5,15 @@ from __future__ import annotations
 import pytest
 
 from capture_stamps import stamp_ns
-from configurations import only
-from processes import Received, receive
+from full_load import FullLoad
+from processes import Received
 from transforms import moving
 
 
-@pytest.fixture(scope="module", params=["sdk", "openxr"])
-def held(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Received:
-    folder = tmp_path_factory.mktemp(request.param)
-    (folder / "config.yaml").write_text(
-        only(f"controller: {{enabled: true, backend: {request.param}}}")
-    )
-    return receive(folder / "config.yaml", ["--duration", "6"], folder)
+@pytest.fixture(params=["flat", "rig"], ids=["sdk", "openxr"])
+def held(request: pytest.FixtureRequest) -> Received:
+    load: FullLoad = request.getfixturevalue(request.param)
+    return load.received
 
 
 def test_its_pose_is_its_transform(held: Received) -> None:

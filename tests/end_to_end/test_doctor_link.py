@@ -12,7 +12,7 @@ import pytest
 
 from configurations import only
 from counters import assert_counters_agree
-from processes import RECEIVER, Received, draw_images, headset_command
+from processes import RECEIVER, Received, headset_command
 from proxy import Proxy
 from simulation import STILL
 from waiting import LIMIT_S
@@ -28,7 +28,6 @@ def measured(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], R
     """Returns doctor's finding on a link, and all messages before, during and after its test."""
     config = folder / "config.yaml"
     config.write_text(CONFIG)
-    draw_images(config, STILL, folder)
     with contextlib.ExitStack() as stack:
         waiting = stack.enter_context(waiting_receiver(config, folder))
         proxy = stack.enter_context(Proxy(waiting.address, bytes_per_s))

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from configurations import only
-from counters import assert_counters_agree
-from processes import PREFIX, draw_images, headset_command, line_with
+from counters import assert_counters_agree, await_more
+from processes import full_name, headset_command, line_with
+from simulation import SIMULATE, simulate
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 CONFIG = only("world_left: {enabled: true, format: jpeg}, other_sensors: {enabled: true}")
@@ -16,7 +17,7 @@ CAMERA = "android.permission.CAMERA"
 GRANT = "ml2-receiver headset grant world_left"
 # The running camera fails, and cannot be opened again for a while.
 FAULTS = ("fault.world.get", "fault.world.permission")
-BEGIN_S, END_S = 2, 20
+IMAGE = "world_left/image_raw/compressed"
 MAX_POLLS = 60
 
 
@@ -37,27 +38,25 @@ def await_state(waiting: WaitingReceiver, state: str, reason: str = "") -> None:
 def test_a_camera_that_fails_is_reported_and_recovers(tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
     config.write_text(CONFIG)
-    draw_images(config, (), tmp_path)
-    options = [
-        word
-        for fault in FAULTS
-        for value, at_s in ((1, BEGIN_S), (0, END_S))
-        for word in ("--simulate", f"{fault}={value}@{at_s}")
-    ]
     with (
         waiting_receiver(config, tmp_path) as waiting,
-        waiting.started("headset", headset_command(waiting.address, *options)) as headset,
+        waiting.started("headset", headset_command(waiting.address, *SIMULATE)) as headset,
     ):
+        await_more(waiting.subscriber, IMAGE)
+        simulate(headset, "fault.world.gte=1")
+        line_with(headset, 'unknown key "fault.world.gte"; the nearest is')
+        simulate(headset, *(f"{it}=1" for it in FAULTS))
         line_with(headset, "world_left: waiting")
         await_state(waiting, "waiting", f"{CAMERA} is missing: run `{GRANT}`")
         doctor = waiting.run("doctor", "--json")
         (finding,) = [it for it in json.loads(doctor.stdout) if it["check"] == "streams"]
         assert (doctor.returncode, finding["level"]) == (1, "wrong")
         assert GRANT in finding["fix"]
+        simulate(headset, *(f"{it}=0" for it in FAULTS))
         line_with(headset, "world_left: accepted")
         await_state(waiting, "runs")
-        waiting.await_seconds(2)
+        await_more(waiting.subscriber, IMAGE)
         headset.terminate()
         received = waiting.result()
     assert_counters_agree(received)
-    assert len(received.publishers[f"{PREFIX}/world_left/image_raw/compressed"]) == 1
+    assert len(received.publishers[full_name(IMAGE)]) == 1

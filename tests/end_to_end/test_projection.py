@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
 from configurations import only
+from counters import have_arrived
 from euroc import Matrix
 from lenses import project_device, project_ros
 from markers import corners
-from processes import PREFIX, Received, receive
+from processes import Received, receive
 from simulated_scene import Room, simulated_room
 from simulation import image_topic
 from transforms import transforms
-from waiting import LIMIT_S
 
 CAMERAS = ("world_left", "world_center", "world_right", "color")
 CONFIG = only(
@@ -39,8 +39,8 @@ CONFIG = only(
     """
 )
 IMAGES = 12
-# As many of each camera as two loops have with 30 Hz.
-RECEIVED = 120
+# As many of each camera as a loop has with 30 Hz.
+RECEIVED = 60
 LEAST_CORNERS = 300
 LEAST_TAGS = 10
 LEAST_DEPTHS = 10
@@ -69,16 +69,9 @@ def projected(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     (folder / "config.yaml").write_text(CONFIG.replace("enabled: true", f"enabled: true{backend}"))
     keys = {"tangential": tangential, "depth_noise_m": "0", "loop_seconds": "2"}
     options = [word for key, value in keys.items() for word in ("--simulate", f"{key}={value}")]
-    headset = ["--duration", f"{LIMIT_S}", *options]
-    return receive(folder / "config.yaml", headset, folder, is_enough=has_images)
-
-
-def has_images(snapshot: dict[str, Any]) -> bool:
-    topics = snapshot["topics"]
-    least = {image_topic(camera): RECEIVED for camera in CAMERAS} | {
-        "depth/image_raw": LEAST_DEPTHS
-    }
-    return all(topics[f"{PREFIX}/{it}"]["count"] >= count for it, count in least.items())
+    least = {image_topic(camera): RECEIVED for camera in CAMERAS}
+    is_enough = have_arrived(least | {"depth/image_raw": LEAST_DEPTHS})
+    return receive(folder / "config.yaml", options, folder, is_enough=is_enough)
 
 
 @pytest.fixture(scope="module")

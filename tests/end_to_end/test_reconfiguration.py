@@ -21,7 +21,6 @@ from processes import (
     PREFIX,
     ROOT,
     Received,
-    draw_images,
     headset_command,
     isolated_environment,
     lines,
@@ -63,7 +62,6 @@ def service_client(environment: dict[str, str], folder: Path) -> Iterator[Callab
 def run(folder: Path) -> Received:
     """Disables depth, enables it after more images of the other camera, and enables battery."""
     (folder / "config.yaml").write_text(CONFIG)
-    draw_images(folder / "config.yaml", STILL, folder)
     environment = isolated_environment()
     with contextlib.ExitStack() as stack:
         start = stack.enter_context

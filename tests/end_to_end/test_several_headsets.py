@@ -11,7 +11,6 @@ from counters import await_snapshot, have_arrived
 from processes import (
     PREFIX,
     Received,
-    draw_images,
     headset_command,
     isolated_environment,
     listening_address,
@@ -37,7 +36,6 @@ def received(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Received]:
     folder = tmp_path_factory.mktemp("several")
     config = folder / "config.yaml"
     config.write_text(CONFIG)
-    draw_images(config, STILL, folder)
     environment = isolated_environment()
     found = {}
     with contextlib.ExitStack() as stack:

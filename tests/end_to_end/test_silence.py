@@ -8,25 +8,24 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message
 
+from capture_stamps import stamp_ns
+from counters import Snapshot
 from ml2_receiver.topics.judgement import read_judgements
 from ml2_receiver.topics.stamps import stamp_reader
-from processes import Received, draw_images, headset_command, lines
-from simulation import SMALL, compressed_config
+from processes import Received, draw_images, headset_command
+from simulation import SIMULATE, SMALL, compressed_config, simulate
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
-BEGIN_S, END_S = 3, 20
-LATEST_S = 90  # the headset stops, so that a state that is never reached fails
-LIMIT_NS = 6_000_000_000
 # One camera of each kind
 OTHERS = ("world_center", "world_right", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
 CONFIG = compressed_config(
@@ -56,11 +55,13 @@ class Silence:
     Attributes:
         silent: what each command printed during the silence, as JSON.
         recovered: the same after it.
+        times_ns: when the fault began, when all were reported as silent, and when it ended.
     """
 
     silent: Outputs
     recovered: Outputs
     received: Received
+    times_ns: tuple[int, int, int]
 
 
 @pytest.fixture(scope="module")
@@ -69,39 +70,36 @@ def silence(tmp_path_factory: pytest.TempPathFactory) -> Silence:
     config = folder / "config.yaml"
     config.write_text(CONFIG)
     draw_images(config, (), folder)
-    options = [
-        f"--duration={LATEST_S}",
-        *("--simulate", f"fault.silent={','.join((*SILENT, *PATIENT))}@{BEGIN_S}"),
-        *("--simulate", f"fault.silent=@{END_S}"),
-    ]
     with (
         waiting_receiver(config, folder) as waiting,
-        waiting.started("headset", headset_command(waiting.address, *options)) as headset,
+        waiting.started("headset", headset_command(waiting.address, *SIMULATE)) as headset,
     ):
-        await_states(waiting, are_running)
-        await_states(waiting, are_silent)
+        waiting.await_snapshot(are_running)
+        begin_ns = time.time_ns()
+        simulate(headset, f"fault.silent={','.join((*SILENT, *PATIENT))}")
+        waiting.await_snapshot(are_silent)
+        reported_ns = time.time_ns()
         silent = outputs(waiting)
-        await_states(waiting, are_running)
+        end_ns = time.time_ns()
+        simulate(headset, "fault.silent=")
+        waiting.await_snapshot(are_running)
         recovered = outputs(waiting)
         headset.terminate()
-        return Silence(silent, recovered, waiting.result())
+        times_ns = (begin_ns, reported_ns, end_ns)
+        return Silence(silent, recovered, waiting.result(), times_ns)
 
 
-def await_states(waiting: WaitingReceiver, reached: Callable[[States], bool]) -> None:
-    seen: States = {}
-    for line in lines(waiting.subscriber):
-        session = json.loads(line)["session"]
-        seen = {id: it.state for id, it in read_judgements(session).items()}
-        if reached(seen):
-            return
-    raise AssertionError(f"{reached.__name__}: the session ended with {seen}")
+def states_of(session: dict[str, str]) -> States:
+    return {id: it.state for id, it in read_judgements(session).items()}
 
 
-def are_running(states: States) -> bool:
+def are_running(snapshot: Snapshot) -> bool:
+    states = states_of(snapshot["session"])
     return all(states.get(id) == "running" for id in (*SILENT, *PATIENT))
 
 
-def are_silent(states: States) -> bool:
+def are_silent(snapshot: Snapshot) -> bool:
+    states = states_of(snapshot["session"])
     return all(states.get(id) in ("silent", "waiting") for id in SILENT)
 
 
@@ -123,50 +121,37 @@ def stamps_ns(received: Received, stream: str) -> list[int]:
     return sorted(map(stamp_reader(type), payloads))
 
 
-def fault_ns(received: Received) -> tuple[int, int]:
-    """Returns the time of the last sample before the silence, and of the first after it."""
-    gaps = []
-    for stream in SILENT:
-        stamps = stamps_ns(received, stream)
-        gaps.append(max(pairwise(stamps), key=lambda pair: pair[1] - pair[0]))
-    return max(begin for begin, _ in gaps), min(end for _, end in gaps)
-
-
 def judged(received: Received) -> Iterator[tuple[int, States, dict[str, Any]]]:
     """Yields the stamp of each /diagnostics, the states in it, and the level of each row."""
     for payload in received.diagnostics:
         array = deserialize_message(payload, DiagnosticArray)
         rows = {it.name.partition(": ")[2]: it for it in array.status}
         session = {pair.key: pair.value for pair in rows["session"].values}
-        states = {id: it.state for id, it in read_judgements(session).items()}
         levels = {name: row.level[0] for name, row in rows.items()}
-        yield array.header.stamp.sec * 10**9 + array.header.stamp.nanosec, states, levels
+        yield stamp_ns(array), states_of(session), levels
 
 
-def test_diagnostics_tell_the_silence_of_each_source_in_time(silence: Silence) -> None:
-    begin_ns, end_ns = fault_ns(silence.received)
+def test_diagnostics_tell_the_silence_of_each_source(silence: Silence) -> None:
+    begin_ns, _, end_ns = silence.times_ns
     found = [it for it in judged(silence.received) if begin_ns < it[0] < end_ns]
     for stream in SILENT:
         row = topic_of(silence.received, stream)
         told_ns = next(at for at, states, levels in found if states[stream] != "running")
-        assert told_ns - begin_ns < LIMIT_NS, stream
         told = [(states, levels) for at, states, levels in found if at >= told_ns]
         assert all(states[stream] in ("silent", "waiting") for states, _ in told), stream
         assert all(levels[row] > 0 and levels["session"] > 0 for _, levels in told), stream
 
 
-def test_diagnostics_tell_the_recovery_of_each_source_in_time(silence: Silence) -> None:
-    _, end_ns = fault_ns(silence.received)
-    found = [it for it in judged(silence.received) if it[0] > end_ns]
+def test_diagnostics_tell_the_recovery_of_each_source(silence: Silence) -> None:
+    found = [states for at, states, _ in judged(silence.received) if at > silence.times_ns[2]]
     for stream in SILENT:
-        told_ns = next(at for at, states, _ in found if states[stream] == "running")
-        assert told_ns - end_ns < LIMIT_NS, stream
+        assert any(states[stream] == "running" for states in found), stream
 
 
 def test_light_and_battery_may_be_silent_for_so_long(silence: Silence) -> None:
-    begin_ns, end_ns = fault_ns(silence.received)
+    begin_ns, reported_ns, end_ns = silence.times_ns
     for stream in PATIENT:
-        assert not any(begin_ns < it < end_ns for it in stamps_ns(silence.received, stream))
+        assert not any(reported_ns < it < end_ns for it in stamps_ns(silence.received, stream))
         found = [states for at, states, _ in judged(silence.received) if begin_ns < at < end_ns]
         assert {states[stream] for states in found} == {"running"}
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
 from configurations import only
-from counters import assert_counters_agree
+from counters import assert_counters_agree, have_arrived
 from full_load import FullLoad
 from processes import (
     PREFIX,
@@ -176,7 +176,8 @@ def variant(tmp_path_factory: pytest.TempPathFactory) -> Received:
             "custom: {enabled: true}"
         )
     )
-    return receive(config, ["--duration", "2"], folder)
+    is_enough = have_arrived({"custom/app_uptime": 11}, of_others=1)
+    return receive(config, [], folder, is_enough=is_enough)
 
 
 def test_mixed_reality_and_raw_depth_replace_color_and_depth(variant: Received) -> None:

@@ -13,6 +13,7 @@ import dev.ml2sensors.simulator.simulated.randomFaults
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.launch
+import kotlin.concurrent.thread
 import kotlin.time.Duration
 import kotlin.time.TimeSource
 
@@ -21,10 +22,10 @@ internal class SimulationOptions : OptionGroup() {
     private val simulate by option(
         metavar = "KEY=VALUE[@S]",
         help = "Set a key of the simulated device, at the start or S seconds after the first sample; repeatable. " +
-            "harsh=SEED sets faults at random. help lists all keys.",
+            "- takes lines KEY=VALUE from standard input after it. harsh=SEED sets faults at random. help lists all keys.",
     )
         .convert {
-            val setting = if (it == HELP) HELP_SETTING else SimulationSetting.parse(it)
+            val setting = COMMANDS.find { command -> command.key == it } ?: SimulationSetting.parse(it)
             setting ?: fail("expected KEY=VALUE or KEY=VALUE@SECONDS, found '$it'")
         }
         .multiple()
@@ -38,14 +39,15 @@ internal class SimulationOptions : OptionGroup() {
 
     /** @param cacheFolder keeps rendered frames for later runs; empty for none. */
     fun open(seed: Long, cacheFolder: String): SimulatedHeadset {
-        if (HELP_SETTING in simulate) throw PrintMessage(describeKeys())
+        if (HELP in simulate) throw PrintMessage(describeKeys())
         harshSeed
-        val atOnce = simulate.filter { it.after == null && it.key != HARSH }.associate { it.key to it.value }
+        val atOnce = (simulate - INPUT).filter { it.after == null && it.key != HARSH }.associate { it.key to it.value }
         return asUsageErrors { SimulatedHeadset.open(seed, mapOf("cache" to cacheFolder) + atOnce) }
     }
 
     /** Sets all later settings, timed from this call. Random faults end before [duration] does. */
     suspend fun setLater(headset: SimulatedHeadset, duration: Duration?, log: (String) -> Unit): Unit = coroutineScope {
+        if (INPUT in simulate) thread(isDaemon = true) { headset.setAsRead(log) }
         val randomFaults = harshSeed?.let { randomFaults(it, SimulationKey.all(), duration) }.orEmpty()
         for (settings in simulate.filter { it.after != null }.map { sequenceOf(it) } + randomFaults) {
             launch { headset.setOnSchedule(settings, log) }
@@ -53,9 +55,10 @@ internal class SimulationOptions : OptionGroup() {
     }
 
     private companion object {
-        const val HELP = "help"
         const val HARSH = "harsh"
-        val HELP_SETTING = SimulationSetting(HELP, "")
+        val HELP = SimulationSetting("help", "")
+        val INPUT = SimulationSetting("-", "")
+        val COMMANDS = listOf(HELP, INPUT)
     }
 }
 
@@ -66,6 +69,19 @@ private suspend fun SimulatedHeadset.setOnSchedule(settings: Sequence<Simulation
         delay(setting.after!! - begin.elapsedNow())
         asUsageErrors { set(setting.key, setting.value) }
         log("simulating $setting")
+    }
+}
+
+/** Sets what the lines of standard input say, as they come; logs those that are wrong. */
+private fun SimulatedHeadset.setAsRead(log: (String) -> Unit) {
+    for (line in generateSequence(::readlnOrNull)) {
+        try {
+            val setting = requireNotNull(SimulationSetting.parse(line)) { "expected KEY=VALUE, found '$line'" }
+            set(setting.key, setting.value)
+            log("simulating $setting")
+        } catch (mistake: IllegalArgumentException) {
+            log("the simulated device: ${mistake.message}")
+        }
     }
 }
 
