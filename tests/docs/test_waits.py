@@ -9,7 +9,7 @@ from document import ROOT
 
 _KOTLIN = "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors/"
 _KOTLIN_WAIT = re.compile(
-    r"@(?:[gs]et:)?Synchronized|synchronized\([\w@]+\)|\b\w+\??\.(?:withLock|await|join|joinAll|acquire)\b"
+    r"@(?:[gs]et:)?Synchronized|synchronized\([\w@]+\)|\b\w+\??\.(?:withLock|await|join|joinAll|(?:tryA|a)cquire)\b"
     r"|\brunBlocking\b(?= *[({])|\blazy\b(?= *(?:\{|\((?!LazyThreadSafetyMode)))"
     r"|\bcall\.get\b|Thread\.sleep"
 )
@@ -24,9 +24,9 @@ _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| [^|]+ \| [^|]+ \|$", re.MULTIL
 
 def in_code() -> set[tuple[str, str]]:
     kotlin = ROOT / _KOTLIN
-    packages = [kotlin / name for name in ("android", "stream", "ros", "session", "unity")]
+    packages = [kotlin / name for name in ("android", "capture", "stream", "ros", "session", "unity")]
     files = [file for package in packages for file in package.glob("*.kt")]
-    files += [kotlin / "source/PlatformCalls.kt", kotlin / "capture/SensorThread.kt"]
+    files += [kotlin / "source/PlatformCalls.kt"]
     native = [ROOT / "native" / name for name in ("sdk", "sources", "openxr")]
     native_files = [file for folder in native for file in folder.glob("*.[ch]")]
     return found_in(kotlin, files, _KOTLIN_WAIT) | found_in(ROOT, native_files, _C_WAIT)

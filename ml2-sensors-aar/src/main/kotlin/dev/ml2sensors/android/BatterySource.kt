@@ -25,7 +25,6 @@ internal class BatterySource(
     private val clock: DeviceClock,
     private val calls: PlatformCalls = PlatformCalls(),
 ) : SensorSource {
-    private val battery: BatteryManager = context.getSystemService(BatteryManager::class.java)
     private val access = SensorAccess(calls)
 
     override val backend: String get() = "battery_manager"
@@ -83,7 +82,10 @@ internal class BatterySource(
     /** Android has the sign of [BatterySample]: negative when discharging. */
     private fun currentAmperes(): Float {
         val microamperes = try {
-            calls.call("the battery's current") { battery.getLongProperty(BatteryManager.BATTERY_PROPERTY_CURRENT_NOW) }
+            calls.call("the battery's current") {
+                context.getSystemService(BatteryManager::class.java)
+                    .getLongProperty(BatteryManager.BATTERY_PROPERTY_CURRENT_NOW)
+            }
         } catch (_: NoAnswerException) {
             Long.MIN_VALUE
         }

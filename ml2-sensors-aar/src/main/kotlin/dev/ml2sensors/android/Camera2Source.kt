@@ -1,5 +1,6 @@
 package dev.ml2sensors.android
 
+import android.content.Context
 import android.hardware.camera2.CameraManager
 import android.util.Size
 import dev.ml2sensors.source.Answer
@@ -35,7 +36,7 @@ import java.util.concurrent.ConcurrentHashMap
  * @param foundBases receives the clock behind the timestamps of each stream that has no vendor timestamps.
  */
 internal class Camera2Source(
-    private val cameraManager: CameraManager,
+    private val context: Context,
     private val poses: ColorPoses,
     private val clocks: SystemClocks = SystemClocks(),
     private val foundBases: MutableStateFlow<Map<StreamSpec, ClockDomain>> = MutableStateFlow(emptyMap()),
@@ -47,7 +48,7 @@ internal class Camera2Source(
     private val access = SensorAccess()
 
     /** The latest run of each stream, which may have been left behind. */
-    private val runs = ConcurrentHashMap<StreamSpec, Job>()
+    private val runs = ConcurrentHashMap<StreamSpec, ColorCapture>()
 
     override val backend: String get() = BACKEND
 
@@ -76,7 +77,7 @@ internal class Camera2Source(
         val (camera, plan) = calls.call("Android's description of the camera of $stream") {
             camera(stream, values).let { it to it.plan(values) }
         }
-        if (runs[stream]?.isCompleted == false) throw ColorCapture.stuck(camera.id)
+        runs[stream]?.checkEnded()
         if (plan == null) throw SourceException(camera.lacks(values.size))
         val tags = VendorTags(if (stream == StreamTable.mixedReality) MIXED_REALITY_TAGS else COLOR_TAGS)
         val timestamps =
@@ -85,9 +86,12 @@ internal class Camera2Source(
             } else {
                 TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }::captureNanos
             }
-        ColorCapture(stream, cameraManager, camera, plan, values.hz, encoder, workers, ending, clocks.boot) { tracker ->
-            ExposureReader(plan.size.width, plan.size.height, tags, tracker, timestamps)
-        }.deliverTo(collector, poses) { runs[stream] = it }
+        val run =
+            ColorCapture(stream, context, camera, plan, values.hz, encoder, workers, ending, clocks.boot) { tracker ->
+                ExposureReader(plan.size.width, plan.size.height, tags, tracker, timestamps)
+            }
+        runs[stream] = run
+        run.deliverTo(collector, poses)
     }
 
     override fun pause(): Unit = access.pause()
@@ -99,6 +103,7 @@ internal class Camera2Source(
 
     private fun camera(stream: StreamSpec, values: StreamValues): ColorCamera =
         ofAndroid("Android cannot describe its cameras") {
+            val cameraManager = context.getSystemService(CameraManager::class.java)
             val listed = cameraManager.cameraIdList
             val wanted = CAMERAS.getValue(stream).sortedBy { it != values.cameraId?.toString() }
             val id = wanted.firstOrNull { it in listed } ?: throw SourceException(

@@ -1,5 +1,6 @@
 package dev.ml2sensors.android
 
+import android.content.Context
 import android.hardware.camera2.CameraCaptureSession
 import android.hardware.camera2.CameraDevice
 import android.hardware.camera2.CameraManager
@@ -14,20 +15,20 @@ import kotlinx.coroutines.withContext
 
 /**
  * One camera from opening to closing. Everything but [fail] runs on the thread of [handler], which outlives [close].
+ *
+ * @param end completes when the camera is to be closed; fails when the camera fails.
  */
 internal class CameraConnection(
-    private val cameraManager: CameraManager,
+    private val context: Context,
     private val id: String,
     private val handler: Handler,
+    private val end: CompletableDeferred<Unit>,
 ) : CameraDevice.StateCallback() {
     private val opened = CompletableDeferred<CameraDevice>()
     private val configured = CompletableDeferred<CameraCaptureSession>()
     private val closed = CompletableDeferred<Unit>()
     private var isRequested = false
     private var device: CameraDevice? = null
-
-    /** Completes when the camera was closed, and fails when the camera fails. */
-    val end: CompletableDeferred<Unit> = CompletableDeferred()
 
     /**
      * Opens the camera and starts the repeating [request], whose images go to [surface].
@@ -39,7 +40,7 @@ internal class CameraConnection(
         results: CameraCaptureSession.CaptureCallback,
         request: (CameraDevice) -> CaptureRequest,
     ) {
-        accessing { cameraManager.openCamera(id, this, handler) }
+        accessing { context.getSystemService(CameraManager::class.java).openCamera(id, this, handler) }
         isRequested = true
         val device = opened.await()
         if (end.isCompleted) return

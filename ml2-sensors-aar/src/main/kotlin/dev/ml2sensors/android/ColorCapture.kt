@@ -1,8 +1,8 @@
 package dev.ml2sensors.android
 
+import android.content.Context
 import android.graphics.ImageFormat
 import android.hardware.camera2.CameraDevice
-import android.hardware.camera2.CameraManager
 import android.hardware.camera2.CaptureRequest
 import android.media.ImageReader
 import android.os.Handler
@@ -20,10 +20,13 @@ import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.table.StreamSpec
+import kotlinx.coroutines.CancellationException
+import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.CoroutineExceptionHandler
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.ExperimentalCoroutinesApi
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.NonCancellable
 import kotlinx.coroutines.asCoroutineDispatcher
@@ -46,7 +49,7 @@ import kotlin.time.Duration.Companion.seconds
  */
 internal class ColorCapture(
     private val stream: StreamSpec,
-    private val cameraManager: CameraManager,
+    private val context: Context,
     private val camera: ColorCamera,
     private val plan: CapturePlan,
     private val rateHz: Int,
@@ -64,16 +67,21 @@ internal class ColorCapture(
     private val queue = SampleQueue(QUEUED_FRAMES)
     private val order = CaptureOrder(queue)
 
+    /** Completes when the camera is to be closed; fails with the first reason for which the run fails. */
+    private val end = CompletableDeferred<Unit>()
+
+    /** Ends with the camera's last callback. */
+    @Volatile
+    private var run: Job? = null
+
     /** Not cancelled with the collector: an image that was copied is always encoded, and returns its memory. */
     private val encoding = Job()
 
     /**
      * Delivers every image that the camera delivers, or counts it, also when the run fails. Returns when the camera is
-     * closed, or has not been for [CLOSING]: then the run is left behind.
-     *
-     * @param begun receives the run, which ends with the camera's last callback.
+     * closed, or has not been for [CLOSING]: then the run is left behind, and the failure says so.
      */
-    suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses, begun: (Job) -> Unit): Unit =
+    suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses): Unit =
         coroutineScope {
             // Not a child, so that a camera that never answers does not keep the collector
             val run = CoroutineScope(
@@ -85,19 +93,41 @@ internal class ColorCapture(
                     SlotPool(stream).use { slots -> onThreadOfItsOwn { capture(it, copier(slots), poses) } }
                 }
             }
-            begun(run)
+            this@ColorCapture.run = run
+            val ending = ended.invokeOnCompletion { end.complete(Unit) }
+            var isLeft = false
             val closing = launch {
-                ended.join()
-                if (withTimeoutOrNull(CLOSING) { run.join() } == null) queue.close(stuck(camera.id))
+                end.join()
+                isLeft = withTimeoutOrNull(CLOSING) { run.join() } == null
+                if (isLeft) queue.close(stuck())
             }
             try {
                 queue.deliverTo(collector)
             } finally {
+                ending.dispose()
                 closing.cancel()
                 run.cancel()
-                withContext(NonCancellable) { withTimeoutOrNull(CLOSING) { run.join() } }
+                // Not waited for twice, else the silence meanwhile would become the reason
+                if (!isLeft) withContext(NonCancellable) { withTimeoutOrNull(CLOSING) { run.join() } }
             }
         }
+
+    /** @throws SourceException while the camera has not let go of a run that was left behind. */
+    fun checkEnded() {
+        if (run?.isCompleted == false) throw stuck()
+    }
+
+    /** Returns what says that the run is left behind, after the reason for which it was to end. */
+    @OptIn(ExperimentalCoroutinesApi::class) // getCompletionExceptionOrNull
+    private fun stuck(): SourceException {
+        val reason = end.takeIf {
+            it.isCompleted
+        }?.getCompletionExceptionOrNull().takeIf { it !is CancellationException }
+        val left =
+            "the last run of camera ${camera.id} has not ended: the camera, its pose tracker or its encoder does " +
+                "not answer; it is used again when they do; if that lasts, restart the headset"
+        return SourceException(listOfNotNull(reason?.message, left).joinToString("; "))
+    }
 
     private fun copier(slots: SlotPool): ImageCopier = when {
         plan.isRaw -> RawCopier(width, height, slots, ::lose)
@@ -124,8 +154,7 @@ internal class ColorCapture(
         }
 
     private suspend fun capture(handler: Handler, copier: ImageCopier, exposures: ExposureReader) {
-        val connection = CameraConnection(cameraManager, camera.id, handler)
-        val ending = ended.invokeOnCompletion { connection.end.complete(Unit) }
+        val connection = CameraConnection(context, camera.id, handler, end)
         val odd = OddImages(connection::fail)
         val thinning = Thinning(rateHz)
         val deliver = { image: CopiedImage, exposure: Exposure, captureNanos: Long ->
@@ -145,9 +174,11 @@ internal class ColorCapture(
             try {
                 reader.setOnImageAvailableListener(run, handler)
                 connection.start(reader.surface, run) { request(it, reader) }
-                connection.end.await()
+                end.await()
+            } catch (e: Exception) {
+                end.completeExceptionally(e)
+                throw e
             } finally {
-                ending.dispose()
                 connection.close()
                 run.end(reader)
                 encoding.complete()
@@ -211,19 +242,13 @@ internal class ColorCapture(
 
     private fun lose(reason: DropReason): Unit = queue.countLost(1, reason)
 
-    companion object {
+    private companion object {
         /** One image that is copied, and those that arrive meanwhile. */
-        private const val CAMERA_IMAGES = 3
-        private const val QUEUED_FRAMES = 2
+        const val CAMERA_IMAGES = 3
+        const val QUEUED_FRAMES = 2
 
         /** How long a camera may take to close. */
-        private val CLOSING = 2.seconds
-
-        /** Returns what says that a run has been left behind. */
-        fun stuck(id: String): SourceException = SourceException(
-            "the last run of camera $id has not ended: the camera, its pose tracker or its encoder does not answer; " +
-                "it is used again when they do; if that lasts, restart the headset",
-        )
+        val CLOSING = 2.seconds
     }
 }
 

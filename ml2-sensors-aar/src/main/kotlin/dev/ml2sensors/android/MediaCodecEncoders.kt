@@ -22,8 +22,9 @@ internal class MediaCodecEncoders(private val calls: PlatformCalls = PlatformCal
     }
 
     override fun open(settings: VideoSettings, output: VideoOutput): VideoEncoder {
-        val info = calls.call("Android's list of encoders") { encoder(settings) }
-            ?: throw SourceException(refusal(settings).orEmpty())
+        val info = calls.call("Android's list of encoders") {
+            encoder(settings) ?: throw SourceException(refusal(settings).orEmpty())
+        }
         return try {
             calls.call("Android's encoder ${info.name}", late = VideoEncoder::close) {
                 MediaCodecEncoder(info.name, info.abilities.formatOf(settings), output, calls)

@@ -3,8 +3,6 @@ package dev.ml2sensors.android
 import android.annotation.SuppressLint
 import android.content.Context
 import android.content.pm.PackageManager
-import android.hardware.SensorManager
-import android.hardware.camera2.CameraManager
 import android.os.Build
 import android.os.PowerManager
 import android.provider.Settings
@@ -31,6 +29,8 @@ import java.security.MessageDigest
 
 /** The headset that this app runs on. */
 public object Ml2Sensors {
+    private val calls = PlatformCalls()
+
     /**
      * Opens every sensor of the headset. No stream starts. A missing library, sensor or permission refuses only the
      * streams that need it. Close the result when it is no longer needed.
@@ -42,17 +42,15 @@ public object Ml2Sensors {
         val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
         val clocks = SystemClocks()
         val native = loadNativeSources(clocks::suspendedNanos)
-        val cameraManager = app.getSystemService(CameraManager::class.java)
         val sources = listOf(
-            SensorManagerSource(app.getSystemService(SensorManager::class.java), clocks, bases),
-            native?.let { Camera2Source(cameraManager, NativeColorPoses, clocks, bases) } ?: Camera2Source.absent(),
+            SensorManagerSource(app, clocks, bases),
+            native?.let { Camera2Source(app, NativeColorPoses, clocks, bases) } ?: Camera2Source.absent(),
             BatterySource(app, clocks.boot),
         ) + (native ?: absentNativeSources())
         val checked = sources.map { PermissionCheckedSource(app, it) }
         val headset =
             SensorHeadset(identityOf(app), clocks.boot, checked, MediaCodecEncoders()) { permissionsOf(app) }
-        val power = app.getSystemService(PowerManager::class.java)
-        return AndroidHeadset(headset, clocks, bases.asStateFlow(), power)
+        return AndroidHeadset(app, headset, clocks, bases.asStateFlow())
     }
 
     /**
@@ -102,11 +100,21 @@ public object Ml2Sensors {
     }
 
     /** Derives the device id from Android's id for this app, user and device; the hash reveals neither. */
-    @SuppressLint("HardwareIds")
     private fun identityOf(context: Context): Headset.Identity {
-        val androidId = Settings.Secure.getString(context.contentResolver, Settings.Secure.ANDROID_ID).orEmpty()
+        val androidId = androidId(context).orEmpty()
         val hash = MessageDigest.getInstance("SHA-256").digest("${context.packageName} $androidId".toByteArray())
         return Headset.Identity(hash.take(ID_BYTES).joinToString("") { "%02x".format(it) }, Build.MODEL)
+    }
+
+    /** Returns null if Android has no such id, or does not answer. */
+    @SuppressLint("HardwareIds")
+    private fun androidId(context: Context): String? = try {
+        calls.call("Android's id of this device") {
+            Settings.Secure.getString(context.contentResolver, Settings.Secure.ANDROID_ID)
+        }
+    } catch (e: NoAnswerException) {
+        Log.w("ml2s", "the device id is one that other headsets may have, too: ${e.message}")
+        null
     }
 
     private fun permissionsOf(context: Context): Map<String, Boolean> =
@@ -118,10 +126,10 @@ public object Ml2Sensors {
 
 /** An opened headset. Its [Headset.clock] is CLOCK_BOOTTIME. */
 public class AndroidHeadset internal constructor(
+    private val context: Context,
     private val headset: SensorHeadset,
     private val clocks: SystemClocks,
     private val foundBases: StateFlow<Map<StreamSpec, ClockDomain>>,
-    private val power: PowerManager,
     private val calls: PlatformCalls = PlatformCalls(),
 ) : Headset by headset {
     override val timestampBases: Map<String, ClockDomain> get() = foundBases.value.mapKeys { (stream, _) -> stream.id }
@@ -138,7 +146,8 @@ public class AndroidHeadset internal constructor(
     /** [Thermal] has the order of Android's numbers. */
     override val thermal: Thermal? get() = askPower { it.currentThermalStatus }?.let(Thermal.entries::getOrNull)
 
-    private fun <T> askPower(question: (PowerManager) -> T): T? = ask("PowerManager") { question(power) }
+    private fun <T> askPower(question: (PowerManager) -> T): T? =
+        ask("PowerManager") { question(context.getSystemService(PowerManager::class.java)) }
 
     /** Returns the answer of Android's [part], or null if it does not answer. */
     private fun <T> ask(part: String, question: () -> T): T? = try {

@@ -36,7 +36,7 @@ internal fun nsdBrowser(context: Context, calls: PlatformCalls = PlatformCalls()
     val app = context.applicationContext
     // A context keeps its NsdManager, so a replacement needs another context.
     val newManager = { app.createConfigurationContext(Configuration()).getSystemService(NsdManager::class.java) }
-    return NsdBrowser(newManager, app.getSystemService(WifiManager::class.java), calls = calls)
+    return NsdBrowser(newManager, { app.getSystemService(WifiManager::class.java) }, calls = calls)
 }
 
 /**
@@ -48,11 +48,11 @@ internal fun nsdBrowser(context: Context, calls: PlatformCalls = PlatformCalls()
  * has. At most [MAX_MANAGERS] are ever made; the last one stays, whether it answers or not.
  *
  * @param newManager is called on a thread of its own: Android's constructor waits for the system.
- * @param wifi null if no multicast lock is needed.
+ * @param wifi is called on such a thread, too; returns null if no multicast lock is needed.
  */
 internal class NsdBrowser(
     private val newManager: () -> NsdManager,
-    private val wifi: WifiManager?,
+    private val wifi: () -> WifiManager?,
     private val resolutionLimit: Duration = RESOLUTION_LIMIT,
     private val calls: PlatformCalls = PlatformCalls(),
 ) : ReceiverBrowser {
@@ -110,7 +110,7 @@ internal class NsdBrowser(
 
     /** Returns null if there is none: without it, some networks show no receivers. */
     private fun acquireLock() = try {
-        calls.call(LOCK_CALL, late = { it?.release() }) { wifi?.createMulticastLock(LOCK)?.apply { acquire() } }
+        calls.call(LOCK_CALL, late = { it?.release() }) { wifi()?.createMulticastLock(LOCK)?.apply { acquire() } }
     } catch (_: NoAnswerException) {
         null
     }

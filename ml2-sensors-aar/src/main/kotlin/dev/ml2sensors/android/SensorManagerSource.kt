@@ -1,5 +1,6 @@
 package dev.ml2sensors.android
 
+import android.content.Context
 import android.hardware.Sensor
 import android.hardware.SensorEvent
 import android.hardware.SensorEventListener
@@ -35,7 +36,7 @@ import kotlinx.coroutines.flow.update
  * @param foundBases receives the clock behind the timestamps of each stream that runs.
  */
 internal class SensorManagerSource(
-    private val sensorManager: SensorManager,
+    private val context: Context,
     private val clocks: SystemClocks = SystemClocks(),
     private val foundBases: MutableStateFlow<Map<StreamSpec, ClockDomain>> = MutableStateFlow(emptyMap()),
     calls: PlatformCalls = PlatformCalls(),
@@ -43,6 +44,9 @@ internal class SensorManagerSource(
     private val thread = HandlerThread("ml2s-sensors", Process.THREAD_PRIORITY_DISPLAY).apply { start() }
     private val handler = Handler(thread.looper)
     private val access = SensorAccess(calls)
+
+    /** Asked for at each use, since Android may not answer. It keeps its managers itself. */
+    private val sensorManager: SensorManager get() = context.getSystemService(SensorManager::class.java)
 
     override val backend: String get() = "sensor_manager"
 
@@ -58,11 +62,12 @@ internal class SensorManagerSource(
             val timestamps =
                 TimestampConverter(clocks, isOnChange) { base -> foundBases.update { it + (stream to base) } }
             val listener = Listener(row, timestamps, queue)
+            val manager = sensorManager
             // Of the fastest rate Android makes the sensor's minDelay
-            if (!sensorManager.registerListener(listener, sensor, FASTEST, UNBATCHED_MICROS, handler)) {
+            if (!manager.registerListener(listener, sensor, FASTEST, UNBATCHED_MICROS, handler)) {
                 throw SourceException("Android does not start the sensor ${sensor.name}")
             }
-            AutoCloseable { sensorManager.unregisterListener(listener) }
+            AutoCloseable { manager.unregisterListener(listener) }
         }
 
     override fun pause(): Unit = access.pause()

@@ -55,6 +55,10 @@ internal class SensorThread(
     @Volatile
     private var isStuck = false
 
+    /** The first reason for which the sensor is to be closed, until it is. */
+    @Volatile
+    private var failure: Throwable? = null
+
     /**
      * @param admit throws when [subscription] cannot run beside the others.
      * @throws CaptureException.VendorFailure while the vendor does not return.
@@ -77,10 +81,11 @@ internal class SensorThread(
         }
     }
 
-    private fun stuck() = CaptureException.VendorFailure(
-        "the vendor's library has not returned to the thread '${thread.name}'; the sensor is used again when it " +
-            "does; if that lasts, restart the headset",
-    )
+    private fun stuck(): CaptureException {
+        val left = "the vendor's library has not returned to the thread '${thread.name}'; the sensor is used again " +
+            "when it does; if that lasts, restart the headset"
+        return CaptureException.VendorFailure(listOfNotNull(failure?.message, left).joinToString("; "))
+    }
 
     fun pause(isPaused: Boolean) {
         change { DesiredState(it.version + 1, it.subscriptions, isPaused) }
@@ -110,6 +115,7 @@ internal class SensorThread(
             try {
                 sensor?.deliver(running)
             } catch (e: Throwable) {
+                failure = e
                 end(running, e)
                 closeSensor()
             }
@@ -132,6 +138,7 @@ internal class SensorThread(
         lock.withLock {
             appliedVersion.value = next.version
             isStuck = false
+            failure = null
         }
     }
 

@@ -17,6 +17,7 @@ class SensorThreadTest {
     private val answer = CountDownLatch(1)
     private val calls = LinkedBlockingQueue<String>()
     private var hanging = ""
+    private var failing = ""
     private val thread = SensorThread("test sensor") {
         call("open")
         object : OpenSensor {
@@ -30,6 +31,7 @@ class SensorThreadTest {
 
     private fun call(name: String) {
         if (name != "deliver" || hanging == name) calls += name
+        if (failing == name) throw CaptureException.VendorFailure("the first reason")
         if (hanging == name) answer.await()
     }
 
@@ -57,6 +59,20 @@ class SensorThreadTest {
         while (poll() != "open") Unit
         thread.close()
         while (poll() != "close") Unit
+    }
+
+    @Test
+    fun aSensorThatFailsAndDoesNotCloseKeepsItsFirstReason() = runBlocking {
+        failing = "deliver"
+        hanging = "close"
+        val first = subscription()
+        thread.subscribe(first) {}
+        while (poll() != "close") Unit
+        thread.unsubscribe(first)
+        val failure = assertFailsWith<CaptureException.VendorFailure> { thread.subscribe(subscription()) {} }
+        assertTrue(failure.message.orEmpty().startsWith("the first reason; the vendor's library has not"), "$failure")
+        answer.countDown()
+        thread.close()
     }
 
     @Test

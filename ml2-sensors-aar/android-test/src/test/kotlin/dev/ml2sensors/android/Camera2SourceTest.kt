@@ -62,13 +62,14 @@ class Camera2SourceTest {
         val chroma = image.plane(ImageSample.CHROMA)?.let { pixels -> ByteArray(pixels.remaining()).also(pixels::get) }
     }
 
-    private val cameraManager = RuntimeEnvironment.getApplication().getSystemService(CameraManager::class.java)
+    private val app = RuntimeEnvironment.getApplication()
+    private val cameraManager = app.getSystemService(CameraManager::class.java)
     private val rig = CameraRig(cameraManager)
     private val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
     private val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
     private val poses = FakePoses()
     private val encoder = FakeEncoder()
-    private val source = Camera2Source(cameraManager, poses, device.clocks, bases, EncoderThreads(WORKERS), encoder)
+    private val source = Camera2Source(app, poses, device.clocks, bases, EncoderThreads(WORKERS), encoder)
     private val values = StreamValues(stream = 0, width = 640, height = 480, rateHz = 30, format = "jpeg")
 
     @Before
@@ -621,6 +622,26 @@ class Camera2SourceTest {
         }
         rig.answerClosings()
         while (CameraRig.readers.isNotEmpty()) yield()
+    }
+
+    @Test
+    fun aCameraThatIsTakenAwayAndNeverClosesKeepsItsFirstReason() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        CameraRig.holdsClosings = true
+        source.samples(StreamTable.color, values).test {
+            rig.awaitRunning()
+            CameraRig.opened.disconnect()
+            assertNamesFirstReason(awaitError())
+        }
+        repeat(2) { source.samples(StreamTable.color, values).test { assertNamesFirstReason(awaitError()) } }
+        rig.answerClosings()
+        assertIsUsedAgain()
+    }
+
+    private fun assertNamesFirstReason(failure: Throwable) {
+        val message = assertIs<SourceException>(failure).message.orEmpty()
+        assertTrue(message.startsWith("camera 1 was taken away: "), message)
+        assertTrue("; the last run of camera 1 has not ended" in message, message)
     }
 
     @Test

@@ -323,7 +323,10 @@ internal class CameraRig(private val manager: CameraManager) {
         }
 
         @Implementation
-        override fun nativeGetSurface() = super.nativeGetSurface().also { readers += this }
+        override fun nativeGetSurface(): Surface {
+            pass("ImageReader.newInstance")
+            return super.nativeGetSurface().also { readers += this }
+        }
 
         @Implementation
         override fun close() {

@@ -28,7 +28,8 @@ import kotlin.test.assertIs
     shadows = [CameraRig.Manager::class, CameraRig.Session::class, CameraRig.Reader::class],
 )
 class ColorNegotiationTest {
-    private val cameraManager = RuntimeEnvironment.getApplication().getSystemService(CameraManager::class.java)
+    private val app = RuntimeEnvironment.getApplication()
+    private val cameraManager = app.getSystemService(CameraManager::class.java)
     private val rig = CameraRig(cameraManager)
     private var encodeNanosPerPixel = 0.0
     private var nowNanos = 0.0
@@ -38,7 +39,7 @@ class ColorNegotiationTest {
     }
     private val speed by lazy { EncoderSpeed(encoder) { nowNanos.toLong() } }
     private val source by lazy {
-        Camera2Source(cameraManager, { null }, workers = EncoderThreads(2), encoder = encoder, encoderSpeed = speed)
+        Camera2Source(app, { null }, workers = EncoderThreads(2), encoder = encoder, encoderSpeed = speed)
     }
     private val wanted = StreamValues(stream = 0, width = 1920, height = 1080, rateHz = 30, format = "jpeg")
 

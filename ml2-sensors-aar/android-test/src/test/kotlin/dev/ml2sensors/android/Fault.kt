@@ -22,7 +22,11 @@ internal class Fault(val name: String, val begin: HarshHeadset.(Random) -> (() -
             NETWORK_FAULTS + CAMERA_FAULTS + SENSOR_FAULTS + LIFECYCLE_FAULTS + NeverReturns.CALLS.map(::neverReturning)
 
         private fun neverReturning(call: String) = Fault("$call never returns") { random ->
-            when (call.substringBefore('.')) {
+            when (call.substringBefore('.').takeUnless { call == "Context.getSystemService" } ?: call) {
+                "Context.getSystemService" -> cameraNeverReturns(call).also {
+                    some(platform.sensors.keys, random).forEach(::restart)
+                }
+
                 "SensorManager" -> NeverReturns.hold(call).also {
                     some(platform.sensors.keys, random).forEach(::restart)
                 }
@@ -39,7 +43,7 @@ internal class Fault(val name: String, val begin: HarshHeadset.(Random) -> (() -
                     if (call == "KeyStore.generateKeyPair") platform.keystore.forget()
                 }
 
-                "MediaCodec" -> videoNeverReturns(call)
+                "MediaCodec", "MediaCodecList" -> videoNeverReturns(call)
 
                 "YuvImage" -> encodingNeverReturns(call)
 
@@ -55,14 +59,15 @@ internal object NeverReturns {
     val CALLS = listOf(
         "CameraManager.getCameraIdList", "CameraManager.getCameraCharacteristics", "CameraManager.openCamera",
         "CameraDevice.createCaptureSession", "CameraDevice.createCaptureRequest",
-        "CameraCaptureSession.setRepeatingRequest", "CameraDevice.close", "ImageReader.acquireNextImage",
-        "ColorPoses.open", "ColorPoses.close", "ColorPoses.capture", "ColorPoses.pose", "YuvImage.compressToJpeg",
-        "MediaCodec.createByCodecName", "MediaCodec.setCallback", "MediaCodec.configure", "MediaCodec.start",
-        "MediaCodec.getInputBuffer", "MediaCodec.getInputImage", "MediaCodec.setParameters",
-        "MediaCodec.queueInputBuffer", "MediaCodec.getOutputBuffer", "MediaCodec.releaseOutputBuffer",
-        "MediaCodec.release", "NsdManager.constructor", "NsdManager.discoverServices",
-        "NsdManager.stopServiceDiscovery", "NsdManager.resolveService", "MulticastLock.acquire",
-        "MulticastLock.release", "SensorManager.registerListener", "SensorManager.unregisterListener",
+        "CameraCaptureSession.setRepeatingRequest", "CameraDevice.close", "ImageReader.newInstance",
+        "ImageReader.acquireNextImage", "ColorPoses.open", "ColorPoses.close", "ColorPoses.capture", "ColorPoses.pose",
+        "YuvImage.compressToJpeg", "MediaCodecList.constructor", "MediaCodec.createByCodecName",
+        "MediaCodec.setCallback", "MediaCodec.configure", "MediaCodec.start", "MediaCodec.getInputBuffer",
+        "MediaCodec.getInputImage", "MediaCodec.setParameters", "MediaCodec.queueInputBuffer",
+        "MediaCodec.getOutputBuffer", "MediaCodec.releaseOutputBuffer", "MediaCodec.release", "NsdManager.constructor",
+        "NsdManager.discoverServices", "NsdManager.stopServiceDiscovery", "NsdManager.resolveService",
+        "MulticastLock.acquire", "MulticastLock.release", "SensorManager.getSensorList",
+        "SensorManager.registerListener", "SensorManager.unregisterListener", "Context.getSystemService",
         "Context.registerReceiver", "Context.unregisterReceiver", "Context.checkSelfPermission",
         "BatteryManager.getLongProperty", "PowerManager.isInteractive", "PowerManager.getCurrentThermalStatus",
     ) + FakeKeystore.CALLS.map { "KeyStore.$it" }
@@ -112,7 +117,7 @@ internal object NeverReturns {
 private fun HarshHeadset.videoNeverReturns(call: String): () -> Unit {
     val end = NeverReturns.hold(call)
     when (call.substringAfter('.')) {
-        "createByCodecName", "setCallback", "configure", "start", "release" -> platform.video.close()
+        "constructor", "createByCodecName", "setCallback", "configure", "start", "release" -> platform.video.close()
 
         // It is closed while it keeps an image
         "getOutputBuffer", "releaseOutputBuffer" -> return {

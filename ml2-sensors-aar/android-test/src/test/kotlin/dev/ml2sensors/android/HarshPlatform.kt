@@ -2,12 +2,15 @@ package dev.ml2sensors.android
 
 import android.app.Application
 import android.content.BroadcastReceiver
+import android.content.ContentResolver
+import android.content.Context
 import android.content.ContextWrapper
 import android.content.Intent
 import android.content.IntentFilter
 import android.graphics.ImageFormat
 import android.hardware.SensorManager
 import android.hardware.camera2.CameraManager
+import android.media.MediaCodecList
 import android.os.BatteryManager
 import android.os.PowerManager
 import android.util.Size
@@ -31,6 +34,7 @@ import org.robolectric.annotation.Implementation
 import org.robolectric.annotation.Implements
 import org.robolectric.shadow.api.Shadow
 import org.robolectric.shadows.ShadowBatteryManager
+import org.robolectric.shadows.ShadowMediaCodecList
 import org.robolectric.shadows.ShadowPowerManager
 import org.robolectric.util.ReflectionHelpers
 import java.io.IOException
@@ -94,7 +98,7 @@ internal class HarshPlatform(private val app: Application) {
     private val silent = mutableMapOf<StreamSpec, Int>()
     private val excuses = mutableMapOf<StreamSpec, Int>()
     private val recovering = STREAMS.toMutableSet()
-    private val receivers = BatteryContext()
+    private val context = HarshContext(app)
     private val refusals = mutableListOf<Exception>()
     val jumpsNanos = mutableMapOf<StreamSpec, Long>()
     val oddFrames = ArrayDeque<Frame>()
@@ -106,12 +110,7 @@ internal class HarshPlatform(private val app: Application) {
     private val picture = Picture(VGA.width, VGA.height, Random(1)).planes(Random(2)).map { it as FakePlane }
     private val images = mutableListOf<FakeImage>()
 
-    /** The latest intents of Robolectric, which cannot remove one and prints each that it broadcasts. */
-    val stickyBroadcasts: MutableMap<String?, Intent> by lazy {
-        val instrumentation =
-            ReflectionHelpers.callInstanceMethod<Any>(RuntimeEnvironment.getActivityThread(), "getInstrumentation")
-        ReflectionHelpers.getField(Shadow.extract(instrumentation), "stickyIntents")
-    }
+    val stickyBroadcasts: MutableMap<String?, Intent> get() = context.stickyBroadcasts
 
     /**
      * A bad frame: the camera delivers this in place of a good one.
@@ -187,15 +186,15 @@ internal class HarshPlatform(private val app: Application) {
         shadowOf(app).grantPermissions(CAMERA)
         val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
         val sources = listOf(
-            SensorManagerSource(sensorManager, clocks, bases, calls(ofSensors)),
-            Camera2Source(cameraManager, poses, clocks, bases, EncoderThreads(2), encoder, calls = calls(ofCamera)),
-            BatterySource(receivers, clocks.boot, calls(ofBattery)),
+            SensorManagerSource(context, clocks, bases, calls(ofSensors)),
+            Camera2Source(context, poses, clocks, bases, EncoderThreads(2), encoder, calls = calls(ofCamera)),
+            BatterySource(context, clocks.boot, calls(ofBattery)),
         ).map { PermissionCheckedSource(app, it) }
         val headset = SensorHeadset(Headset.Identity("harsh", "harsh"), clocks.boot, sources, videoEncoders) {
             NeverReturns.pass("Context.checkSelfPermission")
             emptyMap()
         }
-        return AndroidHeadset(headset, clocks, bases, app.getSystemService(PowerManager::class.java), calls(ofPower))
+        return AndroidHeadset(context, headset, clocks, bases, calls(ofPower))
     }
 
     /** Lets every sensor measure now, by the clock of this machine. */
@@ -264,7 +263,7 @@ internal class HarshPlatform(private val app: Application) {
     }
 
     /** How many states of the battery were delivered with a registration. */
-    val deliveredAtOnce: Long get() = receivers.deliveredAtOnce.getAndSet(0)
+    val deliveredAtOnce: Long get() = context.deliveredAtOnce.getAndSet(0)
 
     /** Broadcasts the state of the battery; returns the number of receivers that are read. */
     fun broadcast(): Int {
@@ -282,31 +281,7 @@ internal class HarshPlatform(private val app: Application) {
         stickyBroadcasts[intent.action] = intent
         val receivers = shadowOf(app).registeredReceivers.filter { it.intentFilter.hasAction(intent.action) }
         receivers.forEach { it.broadcastReceiver.onReceive(app, intent) }
-        return receivers.count { it.broadcastReceiver !in this.receivers.left }
-    }
-
-    /** Registers receivers, which may not return. */
-    private inner class BatteryContext : ContextWrapper(app) {
-        /** The receivers that the product no longer reads. */
-        val left: MutableSet<BroadcastReceiver> = ConcurrentHashMap.newKeySet()
-        val deliveredAtOnce = AtomicLong()
-
-        override fun registerReceiver(receiver: BroadcastReceiver?, filter: IntentFilter): Intent? {
-            NeverReturns.pass("Context.registerReceiver")
-            if (Thread.currentThread() in NeverReturns.givenUp) {
-                left += checkNotNull(receiver)
-            } else {
-                deliveredAtOnce.addAndGet(stickyBroadcasts.size.toLong())
-            }
-            return super.registerReceiver(receiver, filter)
-        }
-
-        override fun unregisterReceiver(receiver: BroadcastReceiver) {
-            left += receiver
-            NeverReturns.pass("Context.unregisterReceiver")
-            super.unregisterReceiver(receiver)
-            left -= receiver
-        }
+        return receivers.count { it.broadcastReceiver !in context.left }
     }
 
     /** Delivers one frame, an [odd] one if that is not null. Returns false if the camera was closed before. */
@@ -420,7 +395,55 @@ internal class HarshPlatform(private val app: Application) {
     }
 }
 
-/** Android's BatteryManager and PowerManager, which may not return. */
+/** A context of Android whose services, settings and registrations may not return. */
+internal class HarshContext(private val app: Application) : ContextWrapper(app) {
+    /** The receivers that the product no longer reads. */
+    val left: MutableSet<BroadcastReceiver> = ConcurrentHashMap.newKeySet()
+    val deliveredAtOnce = AtomicLong()
+
+    /** The latest intents of Robolectric, which cannot remove one and prints each that it broadcasts. */
+    val stickyBroadcasts: MutableMap<String?, Intent> by lazy {
+        val instrumentation =
+            ReflectionHelpers.callInstanceMethod<Any>(RuntimeEnvironment.getActivityThread(), "getInstrumentation")
+        ReflectionHelpers.getField(Shadow.extract(instrumentation), "stickyIntents")
+    }
+
+    override fun getApplicationContext(): Context = this
+
+    override fun getSystemService(name: String): Any? {
+        NeverReturns.pass("Context.getSystemService")
+        return super.getSystemService(name)
+    }
+
+    override fun getContentResolver(): ContentResolver {
+        NeverReturns.pass("Settings.Secure")
+        return super.getContentResolver()
+    }
+
+    override fun registerReceiver(receiver: BroadcastReceiver?, filter: IntentFilter): Intent? {
+        NeverReturns.pass("Context.registerReceiver")
+        if (Thread.currentThread() in NeverReturns.givenUp) {
+            left += checkNotNull(receiver)
+        } else {
+            deliveredAtOnce.addAndGet(stickyBroadcasts.size.toLong())
+        }
+        return super.registerReceiver(receiver, filter)
+    }
+
+    override fun unregisterReceiver(receiver: BroadcastReceiver) {
+        left += receiver
+        NeverReturns.pass("Context.unregisterReceiver")
+        super.unregisterReceiver(receiver)
+        left -= receiver
+    }
+
+    companion object {
+        /** The calls that opening a headset makes. */
+        val CALLS_OF_OPENING = listOf("Context.getSystemService", "Settings.Secure")
+    }
+}
+
+/** Android's BatteryManager, PowerManager and MediaCodecList, which may not return. */
 @Implements(BatteryManager::class)
 internal class HarshBattery : ShadowBatteryManager() {
     @Implementation
@@ -442,6 +465,18 @@ internal class HarshPower : ShadowPowerManager() {
     public override fun isInteractive(): Boolean {
         NeverReturns.pass("PowerManager.isInteractive")
         return super.isInteractive()
+    }
+}
+
+@Implements(MediaCodecList::class)
+internal class HarshCodecList : ShadowMediaCodecList() {
+    companion object {
+        @JvmStatic
+        @Implementation
+        fun initCodecList() {
+            NeverReturns.pass("MediaCodecList.constructor")
+            Shadow.directlyOn<Unit, MediaCodecList>(MediaCodecList::class.java, "initCodecList")
+        }
     }
 }
 

@@ -6,6 +6,7 @@ import android.os.PowerManager
 import android.os.SystemClock
 import android.provider.Settings
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.DerivedStreamsHeadset
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.Thermal
 import dev.ml2sensors.table.StreamTable
@@ -16,6 +17,7 @@ import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
 import org.robolectric.util.ReflectionHelpers
+import kotlin.test.assertContains
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertIs
@@ -40,6 +42,26 @@ class Ml2SensorsTest {
                 reasons[StreamTable.gyroLeft]?.reason,
             )
             assertEquals(null, reasons[StreamTable.battery])
+        }
+    }
+
+    @Test
+    fun openingReturnsThoughAndroidsServicesDoNotAndTheirStreamsComeWhenTheyDo() {
+        val ends = HarshContext.CALLS_OF_OPENING.map(NeverReturns::hold)
+        try {
+            Ml2Sensors.open(HarshContext(app)).use { headset ->
+                val asked = DerivedStreamsHeadset(headset)
+                fun reason() = assertIs<Answer.Refused>(asked.negotiate(StreamTable.gyroLeft, StreamValues())).reason
+                assertContains(reason(), "no answer within")
+                assertEquals(null, headset.thermal)
+                assertIs<Answer.Applied>(asked.negotiate(StreamTable.battery, StreamValues()))
+                ends.forEach { it() }
+                while ("no answer" in reason()) Thread.yield()
+                assertContains(reason(), "this headset lists no single Headset Left Gyroscope sensor")
+                assertEquals(Thermal.NONE, headset.thermal)
+            }
+        } finally {
+            NeverReturns.reset()
         }
     }
 

@@ -41,7 +41,7 @@ class NsdBrowserTest {
     private val wifi = app.getSystemService(WifiManager::class.java)
     private val manager = Shadow.newInstanceOf(NsdManager::class.java)
     private val network = Shadow.extract<FakeNsdManager>(manager)
-    private val browser = NsdBrowser({ manager }, wifi)
+    private val browser = NsdBrowser({ manager }, { wifi })
     private val desk = "desk" to ReceiverAddress("192.168.1.5", 7755)
     private val robot = "robot" to ReceiverAddress("fd00:0:0:0:0:0:0:7", 7756)
 
@@ -102,7 +102,7 @@ class NsdBrowserTest {
         val networks = managers.map { Shadow.extract<FakeNsdManager>(it) }
         networks[0].appear("desk", "192.168.1.5", 7755)
         networks[1].appear("desk", "192.168.1.9", 7755)
-        val browser = NsdBrowser(managers.iterator()::next, wifi, resolutionLimit = 50.milliseconds)
+        val browser = NsdBrowser(managers.iterator()::next, { wifi }, resolutionLimit = 50.milliseconds)
         browser.receivers().test {
             assertEquals(mapOf(desk), awaitItem())
             cancel()
@@ -122,7 +122,7 @@ class NsdBrowserTest {
     fun tenThousandSearchesThatFindNothingStartOneThread() = runTest {
         // As Android's constructor does, which the shadow of this test replaces. Nothing ends this thread.
         val newManager = { manager.also { HandlerThread(THREAD).start() } }
-        val anyReceiver = Receiver.discover(NsdBrowser(newManager, wifi))
+        val anyReceiver = Receiver.discover(NsdBrowser(newManager, { wifi }))
         repeat(10_000) { assertFailsWith<IOException> { anyReceiver.locate() } }
         assertEquals(1, Thread.getAllStackTraces().keys.count { it.name == THREAD })
         network.appear("desk", "192.168.1.5", 7755)
@@ -140,7 +140,7 @@ class NsdBrowserTest {
                 }
             }
         }
-        val browser = NsdBrowser(newManager, wifi, resolutionLimit = 1.milliseconds)
+        val browser = NsdBrowser(newManager, { wifi }, resolutionLimit = 1.milliseconds)
         repeat(20) {
             browser.receivers().test {
                 assertEquals(emptyMap(), awaitItem())
@@ -161,7 +161,7 @@ class NsdBrowserTest {
         for (call in listOf("discoverServices", "stopServiceDiscovery", "resolveService")) {
             val networks = CopyOnWriteArrayList<FakeNsdManager>()
             val newManager = { newManager().also { networks += Shadow.extract<FakeNsdManager>(it) } }
-            val browser = NsdBrowser(newManager, wifi, 50.milliseconds, PlatformCalls(limit = CALL_LIMIT))
+            val browser = NsdBrowser(newManager, { wifi }, 50.milliseconds, PlatformCalls(limit = CALL_LIMIT))
             val answer = NeverReturns.hold("NsdManager.$call")
             when (call) {
                 "discoverServices" -> assertFailsWith<NoAnswerException> { browser.receivers().first() }
@@ -183,7 +183,7 @@ class NsdBrowserTest {
             answer.await()
             newManager()
         }
-        val browser = NsdBrowser(newManager, wifi, calls = PlatformCalls(limit = CALL_LIMIT))
+        val browser = NsdBrowser(newManager, { wifi }, calls = PlatformCalls(limit = CALL_LIMIT))
         repeat(2) { assertFailsWith<NoAnswerException> { browser.receivers().first() } }
         answer.countDown()
         while (runCatching { assertEquals(mapOf(desk), browser.receivers().first()) }.isFailure) yield()
@@ -193,7 +193,7 @@ class NsdBrowserTest {
     @Config(shadows = [FakeNsdManager::class, FakeMulticastLock::class])
     fun aLockForMulticastThatIsNotAnsweredKeepsNoSearch() = runBlocking {
         network.appear("desk", "192.168.1.5", 7755)
-        val browser = NsdBrowser({ manager }, wifi, calls = PlatformCalls(limit = CALL_LIMIT))
+        val browser = NsdBrowser({ manager }, { wifi }, calls = PlatformCalls(limit = CALL_LIMIT))
         for (call in listOf("acquire", "release")) {
             val answer = NeverReturns.hold("MulticastLock.$call")
             assertEquals(mapOf(desk), browser.receivers().first())

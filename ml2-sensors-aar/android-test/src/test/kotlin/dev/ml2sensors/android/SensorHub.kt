@@ -7,7 +7,9 @@ import android.os.HandlerThread
 import android.os.MessageQueue
 import org.robolectric.annotation.Implementation
 import org.robolectric.annotation.Implements
+import org.robolectric.annotation.RealObject
 import org.robolectric.annotation.Resetter
+import org.robolectric.shadow.api.Shadow
 import org.robolectric.shadows.SensorBuilder
 import org.robolectric.util.ReflectionHelpers
 import org.robolectric.util.ReflectionHelpers.ClassParameter
@@ -99,9 +101,19 @@ internal class SensorHub(private val sensorManager: SensorManager) {
         }
     }
 
-    /** Nothing of it is replaced. */
+    /** The real one, which may not return. */
     @Implements(SensorManager::class)
-    open class RealSensorManager
+    open class RealSensorManager {
+        @RealObject
+        lateinit var manager: SensorManager
+
+        @Implementation
+        fun getSensorList(type: Int): List<Sensor> {
+            NeverReturns.pass("SensorManager.getSensorList")
+            val typed = ClassParameter.from(Int::class.java, type)
+            return Shadow.directlyOn(manager, SensorManager::class.java, "getSensorList", typed)
+        }
+    }
 
     /** Named too, or Robolectric would give the next test's manager, which is of this class, the shadow of this one. */
     @Implements(className = "android.hardware.SystemSensorManager")

@@ -49,7 +49,7 @@ class SensorManagerSourceTest {
     private val hub = SensorHub(sensorManager)
     private val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
     private val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
-    private val source = SensorManagerSource(sensorManager, device.clocks, bases)
+    private val source = SensorManagerSource(RuntimeEnvironment.getApplication(), device.clocks, bases)
 
     @After
     fun close() {

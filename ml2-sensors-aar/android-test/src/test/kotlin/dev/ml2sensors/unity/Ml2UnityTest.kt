@@ -19,6 +19,14 @@ import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
+import java.nio.file.Path
+import java.util.concurrent.CopyOnWriteArrayList
+import java.util.concurrent.LinkedBlockingQueue
+import kotlin.concurrent.thread
+import kotlin.io.path.absolutePathString
+import kotlin.io.path.copyTo
+import kotlin.io.path.createTempFile
+import kotlin.io.path.deleteExisting
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
@@ -38,6 +46,39 @@ class Ml2UnityTest {
     fun close() {
         probe.close()
         host.close()
+    }
+
+    /** GameActivity calls from a native thread. Android looks where the calling class is from, not what the thread has. */
+    @Test
+    fun theLibraryIsLookedForByTheLoaderOfOurClassesWhateverThreadCalls() {
+        val library = createTempFile(suffix = ".so")
+        Path.of("../../build/native/device/libml2sensors.so").copyTo(library, overwrite = true)
+        val app = AppLoader(checkNotNull(javaClass.classLoader), library)
+        val facade = app.loadClass("dev.ml2sensors.unity.Ml2Unity")
+        val results = LinkedBlockingQueue<Result<Any?>>()
+        thread(contextClassLoader = ClassLoader.getPlatformClassLoader()) {
+            results += runCatching { facade.getMethod("loadLibrary").invoke(null) }
+        }
+        results.take().getOrThrow()
+        assertEquals(listOf("ml2sensors"), app.lookedFor)
+        library.deleteExisting()
+    }
+
+    private class AppLoader(parent: ClassLoader, private val library: Path) : ClassLoader(parent) {
+        val lookedFor = CopyOnWriteArrayList<String>()
+
+        override fun loadClass(name: String, resolve: Boolean): Class<*> {
+            if (!name.startsWith("dev.ml2sensors.")) return super.loadClass(name, resolve)
+            findLoadedClass(name)?.let { return it }
+            val file = name.replace('.', '/') + ".class"
+            val bytes = (parent.getResourceAsStream(file) ?: throw ClassNotFoundException(name)).use { it.readBytes() }
+            return defineClass(name, bytes, 0, bytes.size)
+        }
+
+        override fun findLibrary(name: String): String {
+            lookedFor += name
+            return library.absolutePathString()
+        }
     }
 
     @Test
