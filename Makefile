@@ -302,7 +302,8 @@ harsh: harsh-android ## Faults at random, by SEED: FAULTS of Android's classes, 
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/end_to_end/harsh.py $(DURATION) $(SEED)
 
 harsh-android: build ## The part of harsh with Android's classes, in virtual time
-	$(maven) --quiet test $(compiled) -pl $(library),$(library)/android-test -am -Dtest=HarshTest,UnityCloseTest,VendorNeverReturnsTest \
+	$(maven) --quiet test $(compiled) -pl $(library),$(library)/android-test -am \
+	  -Dtest=HarshTest,UnityCloseTest,VendorNeverReturnsTest \
 	  -Dsurefire.failIfNoSpecifiedTests=false -Dharsh.faults=$(FAULTS) -Dharsh.seed=$(SEED)
 
 validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (a quarter of an hour, on an idle machine)

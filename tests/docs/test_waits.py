@@ -24,7 +24,8 @@ _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| [^|]+ \| [^|]+ \|$", re.MULTIL
 
 def in_code() -> set[tuple[str, str]]:
     kotlin = ROOT / _KOTLIN
-    packages = [kotlin / name for name in ("android", "capture", "stream", "ros", "session", "unity")]
+    names = ("android", "capture", "stream", "ros", "session", "unity")
+    packages = [kotlin / name for name in names]
     files = [file for package in packages for file in package.glob("*.kt")]
     files += [kotlin / "source/PlatformCalls.kt"]
     native = [ROOT / "native" / name for name in ("sdk", "sources", "openxr")]
