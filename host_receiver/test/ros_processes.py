@@ -154,7 +154,9 @@ class Recording(Child):
         listen = ("--config", str(config), "--listen", "127.0.0.1:0", "--insecure")
         super().__init__("-m", "ml2_receiver", "record", str(folder), *listen, *options)
         self.address = self.first_line().removeprefix("listening on ")
-        assert self.line() == f"recording into {folder} until Ctrl-C"
+        line = self.line()
+        assert line.startswith(f"recording into {folder} "), line
+        assert line.endswith("until Ctrl-C"), line
 
 
 class Subscriber(Child):

@@ -150,6 +150,7 @@ def test_the_command_records_beside_a_receiver_that_runs(
 def test_the_command_ends_after_its_duration(folder: Path, device: MockDevice) -> None:
     command = ("-m", "ml2_receiver", "record", str(folder), "--attach", "--duration", "0.1")
     with Child(*command) as child:
+        assert child.line() == f"recording into {folder} for 0.1 s, or until Ctrl-C"
         assert child.wait() == 0
     assert BagReader(folder).config.headset == "device name"
 

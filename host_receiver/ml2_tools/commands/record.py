@@ -29,7 +29,7 @@ from ml2_receiver.topics.calibrated_sink import CalibratedSink
 from ml2_receiver.topics.fan_out import FanOut
 
 from .record_attached import record_attached
-from .recording_wait import Standing, wait
+from .recording_wait import Standing, how_long, wait
 
 _MOST = 1 << 31
 _ENDED_EARLY_HINT = (
@@ -150,7 +150,7 @@ def _record(options: argparse.Namespace) -> int:
         stack.callback(recording.end)
         with running(server, port):
             print(f"listening on {server.address}", flush=True)
-            print(f"recording into {options.out} until Ctrl-C", flush=True)
+            print(f"recording into {options.out} {how_long(options.duration)}", flush=True)
 
             def standing() -> Standing:
                 now = recording.progress(server.report())

@@ -9,7 +9,7 @@ from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import RecordingError
 
 from .live import PATIENCE_S, receiver_client, whom
-from .recording_wait import Standing, wait
+from .recording_wait import Standing, how_long, wait
 
 _ROW = "recording"
 _START, _STOP = "start_recording", "stop_recording"
@@ -26,7 +26,8 @@ def record_attached(options: argparse.Namespace) -> int:
         stopping = stop_signal()
         _done(client.set(_parameters(options)))
         started = _done(client.call(_START))
-        print(f"{whom(node, client, options.name)}{started} until Ctrl-C", flush=True)
+        reached = whom(node, client, options.name)
+        print(f"{reached}{started} {how_long(options.duration)}", flush=True)
         folder = str(options.out.absolute())
 
         def standing() -> Standing:

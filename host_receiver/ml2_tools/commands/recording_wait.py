@@ -23,6 +23,10 @@ class Standing:
     is_over: bool = False
 
 
+def how_long(duration_s: float | None) -> str:
+    return f"{f'for {duration_s:g} s, or ' if duration_s else ''}until Ctrl-C"
+
+
 def wait(
     stopping: threading.Event, duration_s: float | None, standing: Callable[[], Standing]
 ) -> None:
