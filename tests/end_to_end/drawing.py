@@ -93,7 +93,7 @@ def await_drawn(log: Path, options: Sequence[str]) -> bool:
             missing = sum(_missing(name, int(count)) for name, count in _INCOMPLETE.findall(text))
         except FileNotFoundError:
             return False
-        now = (missing, left_out(log), ": accepted" in text)
+        now = (missing, left_out(log), ": running" in text)
         if now != last:
             last, since_s = now, time.monotonic()
         still_s = time.monotonic() - since_s

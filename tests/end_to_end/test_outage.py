@@ -53,7 +53,7 @@ def test_a_camera_that_fails_is_reported_and_recovers(tmp_path: Path) -> None:
         assert (doctor.returncode, finding["level"]) == (1, "wrong")
         assert GRANT in finding["fix"]
         simulate(headset, *(f"{it}=0" for it in FAULTS))
-        line_with(headset, "world_left: accepted")
+        line_with(headset, "world_left: running")
         await_state(waiting, "runs")
         await_more(waiting.subscriber, IMAGE)
         headset.terminate()

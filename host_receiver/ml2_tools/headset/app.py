@@ -53,7 +53,7 @@ class StreamStatus:
     """
 
     id: str
-    state: Literal["accepted", "waiting", "refused", "failed"]
+    state: Literal["running", "waiting", "refused", "failed"]
     reason: str
     produced: int
     dropped: int

@@ -19,7 +19,7 @@ namespace Ml2Sensors
     public enum StreamState
     {
         /// <summary>The stream runs.</summary>
-        Accepted,
+        Running,
 
         /// <summary>The headset does not start the stream.</summary>
         Refused,
@@ -27,7 +27,7 @@ namespace Ml2Sensors
         /// <summary>The source failed permanently; this happens in replays only.</summary>
         Failed,
 
-        /// <summary>The stream was accepted, but its source failed or ended. The library tries to reopen it.</summary>
+        /// <summary>The stream does not run now, because its source failed or ended. The library tries to reopen it.</summary>
         Waiting,
     }
 

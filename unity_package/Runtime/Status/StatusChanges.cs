@@ -26,7 +26,7 @@ namespace Ml2Sensors
 
         /// <summary>Streams that do not run now and did, or had another reason.</summary>
         public static IEnumerable<KeyValuePair<string, StreamStatus>> Refused(Status before, Status now) =>
-            now.Streams.Where(stream => stream.Value.State != StreamState.Accepted && !WasSo(before, stream.Key, stream.Value));
+            now.Streams.Where(stream => stream.Value.State != StreamState.Running && !WasSo(before, stream.Key, stream.Value));
 
         private static bool WasSo(Status before, string id, StreamStatus now) =>
             before.Streams.TryGetValue(id, out StreamStatus old) && old.State == now.State && old.Reason == now.Reason;

@@ -37,7 +37,7 @@ namespace Ml2Sensors.Samples
             if (status.IsInsecure) text += ", insecure";
             if (status.Pairing.State != PairingState.None) text += $"\npairing: {status.Pairing.State} {status.Pairing.Reason}";
             foreach (var stream in status.Streams)
-                if (stream.Value.State != StreamState.Accepted) text += $"\n{stream.Key}: {stream.Value.Reason}";
+                if (stream.Value.State != StreamState.Running) text += $"\n{stream.Key}: {stream.Value.Reason}";
             return text;
         }
     }

@@ -11,7 +11,7 @@ namespace Ml2Sensors.Tests
     [TestFixture]
     public sealed class StreamerTests
     {
-        private const string Connected = "{'state': 'connected', 'receiver': 'lab', 'streams': {'world_left': {'state': 'accepted', 'values': {'update_rate': 30}}}}";
+        private const string Connected = "{'state': 'connected', 'receiver': 'lab', 'streams': {'world_left': {'state': 'running', 'values': {'update_rate': 30}}}}";
         private const string CameraNeeded = "[{'permission': 'android.permission.CAMERA', 'reason': 'to stream world_left', 'streams': ['world_left']}]";
 
         private Ml2SensorStreamer _streamer;

@@ -147,7 +147,7 @@ internal class ImagePacing(
     fun wantMore(isMoreWanted: Boolean): Unit = synchronized(rate) { rate.isMoreWanted = isMoreWanted }
 
     /** Returns what is known of the link; the arguments are as in [LinkState]. */
-    fun link(waitingSinceNanos: Long?, droppedImages: Long): LinkState = synchronized(rate) {
+    fun linkState(waitingSinceNanos: Long?, droppedImages: Long): LinkState = synchronized(rate) {
         val now = nanoTime()
         val isUnsettled = isStalled(now) || rate.isSearching(now)
         LinkState(waitingSinceNanos, isUnsettled, droppedImages, writtenBytes, rate.bytesPerSecond(now))

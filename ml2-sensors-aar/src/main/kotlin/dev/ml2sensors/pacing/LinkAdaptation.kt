@@ -57,8 +57,8 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         apply()
     }
 
-    /** Follows the [link], several times a second; returns true if the level has changed. */
-    fun follow(link: LinkState, nowNanos: Long): Boolean {
+    /** Adapts to the [link], several times a second; returns true if the level has changed. */
+    fun adaptTo(link: LinkState, nowNanos: Long): Boolean {
         deliveries.add(link.sentBytes, link.droppedImages, nowNanos)
         if (link.isUnsettled) steadySinceNanos = nowNanos
         val waitedNanos = link.waitingSinceNanos?.let { nowNanos - maxOf(it, steadySinceNanos) } ?: 0

@@ -93,7 +93,7 @@ internal class Session(
         val timeLane = TimeLane(joining.await(), deviceClock, hostClock, lanes.pacing)
         val comparing = launchPart(control) { timeLane.run() }
         launchPart(control) { app?.serve(openings) }
-        launchPart(control) { streams.follow(lanes.pacing) }
+        launchPart(control) { streams.adaptTo(lanes.pacing) }
         launchPart(control) { handler.reportFailures() }
         launchPart(control) { handler.reportAdditions() }
         val drained = CompletableDeferred<Unit>()

@@ -42,8 +42,8 @@ internal interface StreamControl {
         adapts: Boolean,
     ): Map<String, Answer>
 
-    /** Has images give way to the link of a session, if the configuration says so, until it is cancelled. */
-    suspend fun follow(link: ImagePacing)
+    /** Adapts images to what [pacing] knows of the link, if the configuration says so, until it is cancelled. */
+    suspend fun adaptTo(pacing: ImagePacing)
 
     /** Returns the channels of all configured streams that have not failed. */
     suspend fun channels(): List<ChannelBody>

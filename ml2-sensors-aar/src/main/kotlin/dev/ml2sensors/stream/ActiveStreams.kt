@@ -166,7 +166,7 @@ internal class ActiveStreams(
         return answers
     }
 
-    override suspend fun follow(link: ImagePacing): Unit = adaptation.follow(link)
+    override suspend fun adaptTo(pacing: ImagePacing): Unit = adaptation.adaptTo(pacing)
 
     /** Runs [configured] without sending anything, until the first CONFIGURE of this instance. */
     suspend fun runLocally(configured: Map<String, StreamValues>) {

@@ -51,16 +51,16 @@ internal class ImageAdaptation(private val lane: (String) -> Lane, private val r
     /** Returns the configured stream [id]. */
     fun stream(id: String): AdaptedStream = synchronized(streams) { streams.getValue(id) }
 
-    /** Follows a link until it is cancelled. */
-    suspend fun follow(link: ImagePacing): Nothing {
+    /** Adapts images to what [pacing] knows of its link, until it is cancelled. */
+    suspend fun adaptTo(pacing: ImagePacing): Nothing {
         while (true) {
             delay(INTERVAL)
             synchronized(streams) {
                 val lanes = streams.keys.map(lane)
                 val waitingSince = lanes.mapNotNull { it.waitingSinceNanos }.minOrNull()
-                val state = link.link(waitingSince, lanes.sumOf { it.overflows })
-                if (adaptation?.follow(state, System.nanoTime()) == true) reportLowered()
-                link.wantMore(streams.values.any { it.present != it.configured })
+                val link = pacing.linkState(waitingSince, lanes.sumOf { it.overflows })
+                if (adaptation?.adaptTo(link, System.nanoTime()) == true) reportLowered()
+                pacing.wantMore(streams.values.any { it.present != it.configured })
             }
         }
     }

@@ -7,7 +7,7 @@ import dev.ml2sensors.wire.printable
 /** The state of a stream that the receiver requested. */
 public sealed interface StreamState {
     /** The stream runs with [values]; [adjusted] says why they differ from the requested ones, null if they do not. */
-    public data class Accepted(
+    public data class Running(
         val values: StreamValues,
         val adjusted: String?,
     ) : StreamState
@@ -24,7 +24,7 @@ public sealed interface StreamState {
     ) : StreamState
 
     /**
-     * The stream was accepted and does not run now, because its source failed or ended. It is opened again until it
+     * The stream ran, or is to run, and does not now, because its source failed or ended. It is opened again until it
      * runs.
      *
      * @property reason for people: what happened.
@@ -43,7 +43,7 @@ public sealed interface StreamState {
 
 internal fun Answer.toState(): StreamState =
     when (this) {
-        is Answer.Applied -> StreamState.Accepted(values, adjusted = null)
-        is Answer.Adjusted -> StreamState.Accepted(values, reason)
+        is Answer.Applied -> StreamState.Running(values, adjusted = null)
+        is Answer.Adjusted -> StreamState.Running(values, reason)
         is Answer.Refused -> StreamState.Refused(printable(reason), permission)
     }

@@ -71,7 +71,7 @@ internal class StreamStates(private val headset: Headset) {
 }
 
 private fun StreamState.toBody(held: String?, isAvailable: Boolean): Status.Stream = when (this) {
-    is StreamState.Accepted ->
+    is StreamState.Running ->
         if (held == null) Status.Stream.of(Status.Stream.RUNNING) else Status.Stream.of(Status.Stream.WAITING, held)
 
     is StreamState.Waiting -> Status.Stream.of(Status.Stream.WAITING, reason, permission)

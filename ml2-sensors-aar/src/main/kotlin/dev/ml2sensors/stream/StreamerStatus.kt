@@ -26,7 +26,7 @@ public class StreamerStatus(
     /**
      * The state of one stream.
      *
-     * @property state `accepted`, `waiting` (opened again until it runs), `refused` or `failed`.
+     * @property state `running`, `waiting` (opened again until it runs), `refused` or `failed`.
      * @property reason of the latter three, or why [values] differ from the requested ones; may be empty.
      * @property values that it runs with; null if it does not run.
      * @property permission the missing Android permission; null if that is not what is missing.
@@ -68,8 +68,8 @@ public class StreamerStatus(
             }
 
         private fun StreamState.toStatus(held: String?) = when (this) {
-            is StreamState.Accepted ->
-                if (held == null) Stream("accepted", adjusted.orEmpty(), values) else Stream("waiting", held)
+            is StreamState.Running ->
+                if (held == null) Stream("running", adjusted.orEmpty(), values) else Stream("waiting", held)
 
             is StreamState.Waiting -> Stream("waiting", reason, permission = permission)
 

@@ -186,7 +186,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
 
     /**
      * `{"state": "connecting"|"connected"|"ended", "receiver", "reason", "insecure", "streams": {id: {"state":
-     * "accepted"|"waiting"|"refused"|"failed", "reason", "values", "permission"}}, "channels": {topic: {"produced",
+     * "running"|"waiting"|"refused"|"failed", "reason", "values", "permission"}}, "channels": {topic: {"produced",
      * "sent", "dropped": {reason: count}}}, "clock", "pairing": {"number", "state": "none"|"running"|"paired"|"failed",
      * "reason", "receivers": [{"name", "fingerprint", "address"}]}}`. A stream that is `waiting` is opened again until
      * it runs. Channels and clock are as in STATUS of PROTOCOL.md; the number is how

@@ -61,7 +61,7 @@ internal class AdaptationScenario(
         waitingSince = if (queuedBytes > 0) waitingSince ?: nowNanos else null
         val isUnsettled = mbit == 0.0 || (waitingSince != null && !isLinkKnown)
         val link = LinkState(waitingSince, isUnsettled, droppedImages, sentBytes.toLong(), pacedMbit / 8e-6)
-        if (adaptation.follow(link, nowNanos)) {
+        if (adaptation.adaptTo(link, nowNanos)) {
             changes += Change(nowNanos, adaptation.level)
             onChange(streams)
         }

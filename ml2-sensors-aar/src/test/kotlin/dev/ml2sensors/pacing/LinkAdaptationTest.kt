@@ -88,7 +88,7 @@ class LinkAdaptationTest {
             val adaptation = LinkAdaptation(streams, StreamTable.adaptation, nowNanos = 0)
             val first = (1..30).first { tenth ->
                 val sent = (needed * tenth / 10).toLong()
-                adaptation.follow(LinkState(0, false, tenth.toLong(), sent, allowed * needed), tenth * SECOND / 10)
+                adaptation.adaptTo(LinkState(0, false, tenth.toLong(), sent, allowed * needed), tenth * SECOND / 10)
             }
             assertEquals(seconds, first / 10.0, "$allowed of what is needed is allowed")
         }
@@ -109,10 +109,10 @@ class LinkAdaptationTest {
             val streams = compressed().onEach { it.published(bytes = 100_000, it.configured) }
             LinkAdaptation(streams, StreamTable.adaptation, nowNanos = 0)
         }
-        second.follow(LinkState(null, false, 0, sentBytes = 25_000_000, 25e6), 0)
+        second.adaptTo(LinkState(null, false, 0, sentBytes = 25_000_000, 25e6), 0)
         for (i in 1..10) {
             val link = LinkState(SECOND, false, droppedImages = i.toLong(), sentBytes = i * 2_000_000L, 20e6)
-            for (adaptation in listOf(only, second)) adaptation.follow(link, SECOND + i * SECOND / 10)
+            for (adaptation in listOf(only, second)) adaptation.adaptTo(link, SECOND + i * SECOND / 10)
         }
         assertNotEquals(0, only.level)
         assertEquals(only.level, second.level)

@@ -67,7 +67,7 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
         }
     }
 
-    override suspend fun follow(link: ImagePacing): Unit = awaitCancellation()
+    override suspend fun adaptTo(pacing: ImagePacing): Unit = awaitCancellation()
 
     fun call(what: String) = calls.update { it + what }
 

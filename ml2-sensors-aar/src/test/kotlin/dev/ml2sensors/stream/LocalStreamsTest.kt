@@ -34,7 +34,7 @@ class LocalStreamsTest {
     @Test
     fun framesAreDeliveredThoughNobodyListens() = withStreamer("world_left") { streamer ->
         assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
-        val state = assertIs<StreamState.Accepted>(streamer.streams.value["world_left"])
+        val state = assertIs<StreamState.Running>(streamer.streams.value["world_left"])
         assertEquals(StreamTable.worldLeft.defaultValues(), state.values)
         streamer.stop()
         assertFalse(headset.isRunning(StreamTable.worldLeft))
@@ -47,7 +47,7 @@ class LocalStreamsTest {
     ) { streamer ->
         assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
         val both = withTimeout(StreamFixture.LIMIT) { streamer.streams.first { it.size == 2 } }
-        val states = both.mapValues { assertIs<StreamState.Accepted>(it.value).values }
+        val states = both.mapValues { assertIs<StreamState.Running>(it.value).values }
         assertEquals(StreamValues(1, 1016, 1016, 30, "Grayscale", quality = 60), states["world_left"])
         assertEquals(StreamValues(), states["gyro_left"])
     }
@@ -71,7 +71,7 @@ class LocalStreamsTest {
         assertEquals(StreamState.Waiting("IOException: unplugged"), states["world_left"])
         assertTrue(headset.deliver(StreamTable.worldRight, headset.image(1)))
         assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(2)), "it comes back")
-        assertIs<StreamState.Accepted>(streamer.streams.value["world_left"])
+        assertIs<StreamState.Running>(streamer.streams.value["world_left"])
     }
 
     @Test
@@ -81,7 +81,7 @@ class LocalStreamsTest {
             withTimeout(StreamFixture.LIMIT) { streamer.streams.first { it["depth"] is StreamState.Refused } }
             headset.answers -= StreamTable.depth
             assertTrue(headset.deliver(StreamTable.depth, headset.image(1)))
-            assertIs<StreamState.Accepted>(streamer.streams.value["depth"])
+            assertIs<StreamState.Running>(streamer.streams.value["depth"])
         }
     }
 

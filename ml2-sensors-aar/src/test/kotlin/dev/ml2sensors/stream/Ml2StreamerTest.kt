@@ -159,7 +159,7 @@ class Ml2StreamerTest {
     @Test
     fun aStreamThatIsHeldWaitsInTheStatusOfTheApp() = runBlocking<Unit> {
         fixture.start("""{"gyro_left": {}}""")
-        assertEquals("accepted", fixture.streamer.status().streams.getValue("gyro_left").state)
+        assertEquals("running", fixture.streamer.status().streams.getValue("gyro_left").state)
         fixture.headset.holds = mapOf("gyro_left" to "paused")
         val held = fixture.streamer.status().streams.getValue("gyro_left")
         assertEquals("waiting" to "paused", held.state to held.reason)

@@ -89,7 +89,7 @@ class NeverAnswersTest {
         answer.countDown()
         fake.awaitRunning(StreamTable.worldLeft)
         fake.deliver(StreamTable.worldLeft, fake.image(fake.clock.nowNanos()))
-        await("world_left") { it is StreamState.Accepted }
+        await("world_left") { it is StreamState.Running }
         gyroscope.cancel()
     }
 

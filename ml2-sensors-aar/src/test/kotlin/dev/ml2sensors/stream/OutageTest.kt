@@ -33,7 +33,7 @@ class OutageTest {
         session.awaitData("gyro_left/imu")
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
         session.awaitState("world_left", """{"state":"running"}""")
-        assertIs<StreamState.Accepted>(fixture.streamer.streams.value["world_left"])
+        assertIs<StreamState.Running>(fixture.streamer.streams.value["world_left"])
         val images = session.awaitData("world_left/image_raw", 2)
         assertEquals(listOf(0L, 1L), images.map { it.sequence })
         assertEquals(emptyList(), session.frames(HostFrame.CHANNEL_END))
@@ -63,7 +63,7 @@ class OutageTest {
         headset.deliver(StreamTable.depth, headset.image(fixture.now))
         session.awaitData("depth/image_raw")
         session.awaitState("depth", """{"state":"running"}""")
-        assertIs<StreamState.Accepted>(fixture.streamer.streams.value["depth"])
+        assertIs<StreamState.Running>(fixture.streamer.streams.value["depth"])
     }
 
     @Test
@@ -73,7 +73,7 @@ class OutageTest {
         session.awaitState("depth", """{"state":"waiting","reason":"IOException: unplugged"}""")
         session.configure(2, "{}")
         session.configure(3, """{"depth": {}}""")
-        assertIs<StreamState.Accepted>(fixture.streamer.streams.value["depth"])
+        assertIs<StreamState.Running>(fixture.streamer.streams.value["depth"])
     }
 
     @Test

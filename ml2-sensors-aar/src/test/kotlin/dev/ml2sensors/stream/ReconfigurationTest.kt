@@ -50,7 +50,7 @@ class ReconfigurationTest {
                     "taste": {"result": "refused", "reason": "this headset has no stream taste"}}"""
             assertEquals(Json.parseToJsonElement(expected), answers)
             val states = awaitItem()
-            assertEquals(StreamState.Accepted(StreamValues(rateHz = 30), "60 delivers 30"), states["depth"])
+            assertEquals(StreamState.Running(StreamValues(rateHz = 30), "60 delivers 30"), states["depth"])
             assertEquals(StreamState.Refused("no camera permission"), states["color"])
             assertEquals(setOf("world_left", "depth"), session.channels().keys.map { it.substringBefore('/') }.toSet())
         }

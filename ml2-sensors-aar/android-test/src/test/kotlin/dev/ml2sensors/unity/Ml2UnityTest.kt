@@ -88,7 +88,7 @@ class Ml2UnityTest {
         val session = session("""{"battery": {}, "world_left": {}}""")
         val connected = probe.await { it.state == "connected" && "battery" in it.streams }
         assertEquals("scripted", connected.text("receiver"))
-        assertEquals("accepted", connected.streams.getValue("battery").jsonObject.text("state"))
+        assertEquals("running", connected.streams.getValue("battery").jsonObject.text("state"))
         val refused = connected.streams.getValue("world_left").jsonObject
         assertEquals("refused", refused.text("state"))
         assertTrue(refused.text("reason").isNotEmpty())

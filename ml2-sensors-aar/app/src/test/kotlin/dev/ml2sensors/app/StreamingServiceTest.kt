@@ -136,7 +136,7 @@ class StreamingServiceTest {
         val (status, camera, battery) = lines().drop(1).map(::json)
         assertEquals("connected", status.getValue("status").jsonObject.text("state"))
         assertEquals("refused", camera.getValue("stream").jsonObject.text("state"))
-        assertEquals("accepted", battery.getValue("stream").jsonObject.text("state"))
+        assertEquals("running", battery.getValue("stream").jsonObject.text("state"))
     }
 
     @Test

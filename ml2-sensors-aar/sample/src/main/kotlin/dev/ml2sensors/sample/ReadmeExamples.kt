@@ -27,7 +27,7 @@ fun stream(context: Context, scope: CoroutineScope, uri: String) {
         val streamer = Ml2Sensors.connect(context, headset)
         streamer.start()
         launch { streamer.state.collect { println(it) } } // Connecting(reason), Connected(receiverName), Ended(reason)
-        launch { streamer.streams.collect { println(it) } } // each: Accepted(values), Waiting(reason), Refused(reason)
+        launch { streamer.streams.collect { println(it) } } // each: Running(values), Waiting(reason), Refused(reason)
     }
 }
 

@@ -34,7 +34,7 @@ internal const val EXIT_USAGE = 2
 
 /** The command `ml2-headset`: parses its options, opens a headset and streams it. */
 internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
-    private val link by ConnectionOptions()
+    private val connection by ConnectionOptions()
     private val replay by option(metavar = "DIR", help = "Replay this EuRoC/ASL data set instead of simulating.")
         .file(mustExist = true)
     private val simulation by SimulationOptions()
@@ -69,22 +69,22 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     override fun help(context: Context): String = "Streams a simulated or recorded headset to a receiver."
 
     override fun run() {
-        val uri = link.pair
+        val uri = connection.pair
         val isOk = headset().use { if (uri == null) stream(it) else pair(it, uri) }
         if (!isOk) throw ProgramResult(1)
     }
 
     private fun stream(headset: Headset): Boolean {
-        val link = link.open { echo(it, err = true) }
+        val connection = connection.open { echo(it, err = true) }
         return runBlocking {
-            stream(headset, link, duration, stopSignal(), subscribed, ::echo) {
+            stream(headset, connection, duration, stopSignal(), subscribed, ::echo) {
                 if (headset is SimulatedHeadset) simulation.setLater(headset, duration, ::echo)
             }
         }
     }
 
     private fun pair(headset: Headset, uri: PairingUri): Boolean {
-        echo(link.pairWith(uri, headset.identity))
+        echo(connection.pairWith(uri, headset.identity))
         return true
     }
 

@@ -96,11 +96,11 @@ private fun StreamerState.describe(receiver: Receiver): String? = when (this) {
 }
 
 private fun StreamState.describe(): String = when (this) {
-    is StreamState.Accepted -> values.describe() + adjusted?.let { " (adjusted: $it)" }.orEmpty()
+    is StreamState.Running -> values.describe() + adjusted?.let { " (adjusted: $it)" }.orEmpty()
     is StreamState.Waiting -> "waiting: $reason"
     is StreamState.Refused -> "refused: $reason"
     is StreamState.Failed -> "failed: $reason"
 }
 
 private fun StreamValues.describe(): String =
-    if (width == null) "accepted" else "accepted, ${width}x$height@$rateHz $format"
+    if (width == null) "running" else "running, ${width}x$height@$rateHz $format"

@@ -56,7 +56,7 @@ internal data class Screen(
         }
 
         private fun row(stream: StreamStatus, rateHz: Double?): Row = when {
-            stream.state != "accepted" -> Row(
+            stream.state != "running" -> Row(
                 stream.id,
                 StringResource(R.string.plain, stream.reason),
                 isWarning = true,

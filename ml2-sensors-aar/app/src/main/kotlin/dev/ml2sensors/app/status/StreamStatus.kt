@@ -9,7 +9,7 @@ import kotlinx.serialization.Serializable
 /**
  * The status of a stream that the receiver requested.
  *
- * @property state `accepted`, `waiting`, `refused` or `failed`.
+ * @property state `running`, `waiting`, `refused` or `failed`.
  * @property reason why; may be empty.
  * @property produced the number of messages of its first topic.
  * @property dropped the number of dropped messages of all its topics.

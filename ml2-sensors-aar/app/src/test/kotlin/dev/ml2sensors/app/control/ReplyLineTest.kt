@@ -34,7 +34,7 @@ class ReplyLineTest {
             "cools_down",
         )
         assertEquals(keys, app.getValue("status").jsonObject.keys)
-        val expected = """{"id":"depth","state":"accepted","reason":"","produced":5,"dropped":1,"resting":false}"""
+        val expected = """{"id":"depth","state":"running","reason":"","produced":5,"dropped":1,"resting":false}"""
         assertEquals(expected, depth.getValue("stream").toString())
         assertEquals("gaze", gaze.getValue("stream").jsonObject.getValue("id").jsonPrimitive.content)
     }

@@ -31,7 +31,7 @@ internal fun appStatus(
 
 internal fun streamStatus(
     id: String,
-    state: String = "accepted",
+    state: String = "running",
     reason: String = "",
     produced: Long = 0,
     dropped: Long = 0,

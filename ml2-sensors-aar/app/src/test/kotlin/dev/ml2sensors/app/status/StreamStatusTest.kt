@@ -13,8 +13,8 @@ class StreamStatusTest {
             "desk",
             "",
             mapOf(
-                "custom" to StreamerStatus.Stream("accepted"),
-                "world_left" to StreamerStatus.Stream("accepted"),
+                "custom" to StreamerStatus.Stream("running"),
+                "world_left" to StreamerStatus.Stream("running"),
                 "depth" to StreamerStatus.Stream("refused", "no"),
             ),
             mapOf(
