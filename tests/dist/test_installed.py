@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -13,8 +14,9 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 import wheel_environment
+from bags import message_counts
 from dist import DIST, ROOT, VERSION
-from waiting import LIMIT_S
+from waiting import LIMIT_S, await_true
 from zenoh_peers import free_endpoint, open_router
 
 HEADSET = ROOT / "ml2-sensors-aar/simulator/ml2-headset"
@@ -67,13 +69,22 @@ def output(folder: Path, *command: str | Path) -> str:
     return done.stdout
 
 
-def feed(receiving: subprocess.Popen[str]) -> str:
-    """Sends 2 s of a simulated headset to a receiver, ends it, and returns the rest it said."""
+def feed(receiving: subprocess.Popen[str], folder: Path, is_enough: Callable[[], bool]) -> str:
+    """Streams a simulated headset to a receiver until there is enough, and ends both.
+
+    Returns what the receiver still said.
+    """
     assert receiving.stdout is not None
     address = next(line.split()[2] for line in receiving.stdout if line.startswith(LISTENING))
     try:
-        headset = [str(HEADSET), "--receiver", address, "--insecure", "--duration", "2"]
-        subprocess.run(headset, check=True, timeout=LIMIT_S, capture_output=True)
+        headset: list[str | Path] = [HEADSET, "--receiver", address, "--insecure"]
+        with (folder / "headset.log").open("w") as log:
+            streaming = subprocess.Popen(headset, stdout=log, stderr=log)
+        try:
+            await_true(is_enough)
+        finally:
+            streaming.terminate()
+            assert streaming.wait(LIMIT_S) == 0
     finally:
         receiving.send_signal(signal.SIGINT)
         rest, _ = receiving.communicate(timeout=LIMIT_S)
@@ -111,7 +122,7 @@ def test_a_session_without_ros_is_recorded(receiver: Path, config: Path, tmp_pat
             text=True,
         ) as recording,
     ):
-        rest = feed(recording)
+        rest = feed(recording, tmp_path, lambda: all(message_counts(walk).get(it) for it in TOPICS))
         errors.seek(0)
         assert recording.returncode == 0, errors.read()
     assert f"recorded into {walk}" in rest
@@ -142,7 +153,6 @@ def test_it_publishes_on_zenoh_without_ros(
         router.declare_subscriber(
             "3/magic_leap2/gyro_left/imu/**", lambda it: samples.put(it.payload.to_bytes())
         )
-        feed(receiving)
+        feed(receiving, tmp_path, lambda: samples.qsize() > 100)
         assert receiving.returncode == 0
-    assert samples.qsize() > 100
     get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(samples.get(), "sensor_msgs/msg/Imu")

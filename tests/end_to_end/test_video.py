@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +18,7 @@ import pytest
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 
+from bags import message_counts
 from capture_stamps import nanos, stamp_ns
 from configurations import only
 from ml2_tools.images.pixels import pixels_of
@@ -28,6 +28,7 @@ from processes import (
     ROOT,
     Received,
     draw_images,
+    full_name,
     headset_command,
     isolated_environment,
     listening_address,
@@ -35,7 +36,7 @@ from processes import (
 )
 from shaped_link import link, why_not
 from test_reconfiguration import service_client
-from waiting import LIMIT_S
+from waiting import await_true
 
 CONFIG = only(
     """
@@ -50,6 +51,7 @@ SIMULATION = {
     "image_noise": "0",
 }
 COUNT = 75
+FFMPEG = full_name("world_left/image_raw/ffmpeg")
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 BEFORE = {
     "world_left/image_raw": "sensor_msgs/msg/Image",
@@ -157,9 +159,10 @@ def test_what_a_thin_link_leaves_of_a_video_can_be_decoded(tmp_path: Path) -> No
     with link("cubic", 5) as made:
         record = [*made.receiver.prefix, *record, "--listen", f"{made.receiver.address}:0"]
         with process(record, environment, tmp_path / "receiver.log") as receiver:
-            headset = headset_command(listening_address(receiver), "--duration", "12", *noisy)
+            headset = headset_command(listening_address(receiver), *noisy)
             command = [*made.headset.prefix, *headset]
-            subprocess.run(command, check=True, env=environment, timeout=LIMIT_S)
+            with process(command, environment, tmp_path / "headset.log", is_read=False):
+                await_true(lambda: message_counts(tmp_path / "walk").get(FFMPEG, 0) > COUNT)
     with AnyReader([tmp_path / "walk"]) as bag:
         topics = [it for it in bag.connections if it.topic.endswith("/ffmpeg")]
         packets: list[Any] = [bag.deserialize(it[2], it[0].msgtype) for it in bag.messages(topics)]

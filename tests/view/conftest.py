@@ -11,6 +11,11 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 from lab import LIMIT_MS, Lab, new_page, running_lab
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Puts the tests without a lab first, since it fills a processor from its first test on."""
+    items.sort(key=lambda item: "lab" in getattr(item, "fixturenames", ()))
+
+
 @pytest.fixture(scope="session")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     with running_lab(tmp_path_factory.mktemp("lab")) as lab:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,12 +12,15 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 from rosbags.highlevel import AnyReader
 
+from bags import message_counts
 from images import REPORTS, await_images, keep_screens
 from lab import Lab, new_page
 from processes import RECEIVER, isolated_environment, line_with, process
 from test_page import CONTROLS
+from waiting import LIMIT_S, await_true
 
-_LENGTH_S = 4
+# More than 3 s have of each stream
+_LEAST = 100
 _STREAMS = ("color", "depth", "world_left")
 _PIXELS = "() => document.querySelector('[data-stream=color] canvas').toDataURL()"
 _POSITION = "() => Number(document.querySelector('#timeline input').value)"
@@ -31,16 +35,21 @@ def walk(browser: Browser, lab: Lab, tmp_path_factory: pytest.TempPathFactory) -
         await_images(live, stream, 1)
     live.context.close()
     folder = tmp_path_factory.mktemp("recording") / "walk"
-    record = ["record", folder, "--attach", "--duration", str(_LENGTH_S)]
+    record: list[str | Path] = [RECEIVER, "record", folder, "--attach"]
+    with process(record, lab.environment, folder.with_name("record.log")) as recording:
+        await_true(lambda: has_images(folder))
+        recording.send_signal(signal.SIGINT)
+        recording.communicate(timeout=LIMIT_S)
+        assert recording.returncode == 0
     # The next recording of the lab shall be in a folder of its own.
-    for command in (record, ["set", "record.folder="]):
-        subprocess.run(
-            [RECEIVER, *command],
-            env=lab.environment,
-            check=True,
-            stdout=subprocess.DEVNULL,
-        )
+    again: list[str | Path] = [RECEIVER, "set", "record.folder="]
+    subprocess.run(again, env=lab.environment, check=True, stdout=subprocess.DEVNULL)
     return folder
+
+
+def has_images(walk: Path) -> bool:
+    counts = {it.split("/")[2]: n for it, n in message_counts(walk).items() if "/image_raw" in it}
+    return all(counts.get(stream, 0) >= _LEAST for stream in _STREAMS)
 
 
 @pytest.fixture(scope="module")
