@@ -40,7 +40,7 @@ public class SubscriptionException private constructor(public val reason: Reason
     IOException(message) {
     /** The reason why a subscription has ended. */
     public enum class Reason(internal val code: String?) {
-        /** The receiver serves no subscriptions: it is older, or runs without ROS. */
+        /** The receiver serves no subscriptions: only `ml2-receiver run` with ROS does. */
         NOT_SERVED(null),
 
         /** `app.subscribe` of the receiver's configuration does not have the topic. */
@@ -63,6 +63,8 @@ public class SubscriptionException private constructor(public val reason: Reason
     }
 
     internal companion object {
+        private const val WHICH_DOES = "`ml2-receiver run` does, not with --no-ros; `record` and older versions do not"
+
         /** @param code why, as in OPENED and CLOSED. */
         fun of(topic: String, code: String?, why: String): SubscriptionException {
             val reason = Reason.entries.firstOrNull { it.code != null && it.code == code } ?: Reason.OTHER
@@ -70,6 +72,6 @@ public class SubscriptionException private constructor(public val reason: Reason
         }
 
         fun notServed(topic: String): SubscriptionException =
-            SubscriptionException(Reason.NOT_SERVED, "$topic: the receiver serves no subscriptions of apps")
+            SubscriptionException(Reason.NOT_SERVED, "$topic: the receiver serves no subscriptions: $WHICH_DOES")
     }
 }

@@ -6,7 +6,9 @@ import dev.ml2sensors.message.rosType
 import dev.ml2sensors.session.AppOpenings
 import dev.ml2sensors.session.OpeningLanes
 import dev.ml2sensors.wire.Closed
+import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.Frame
+import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Open
 import dev.ml2sensors.wire.Opened
 import dev.ml2sensors.wire.Status
@@ -30,17 +32,24 @@ internal class Subscriptions : AppOpenings {
     private var isOver = false
 
     @OptIn(ExperimentalSerializationApi::class)
-    fun <T> subscribe(topic: String, serializer: KSerializer<T>, keep: Keep): Flow<Received<T>> {
-        val type = serializer.rosType
-        val layout = serializer.descriptor.layout()
-        require(layout.length <= MOST_LAYOUT) {
-            "the layout of $type: expected at most $MOST_LAYOUT characters, found ${layout.length}"
-        }
-        return messages(Wanted(topic, type, layout, keep)) { Cdr.decode(serializer, it, allowsTail = true) }
+    fun <T> subscribe(
+        topic: String,
+        serializer: KSerializer<T>,
+        keep: Keep,
+        maxHz: Double? = null,
+        hash: String? = null,
+    ): Flow<Received<T>> {
+        val wanted = Wanted(topic, serializer.rosType, serializer.descriptor.layout(), keep, maxHz, hash)
+        return messages(wanted) { Cdr.decode(serializer, it, allowsTail = true) }
     }
 
-    fun subscribe(topic: String, type: String, keep: Keep): Flow<Received<ByteBuffer>> =
-        messages(Wanted(topic, type, layout = null, keep)) { it }
+    fun subscribe(
+        topic: String,
+        type: String,
+        keep: Keep,
+        maxHz: Double? = null,
+        hash: String? = null,
+    ): Flow<Received<ByteBuffer>> = messages(Wanted(topic, type, layout = null, keep, maxHz, hash)) { it }
 
     private fun <T> messages(what: Wanted, decode: (ByteBuffer) -> T): Flow<Received<T>> = flow {
         val subscription = Subscription(what)
@@ -103,9 +112,13 @@ internal class Subscriptions : AppOpenings {
             for (id in takeUnwanted()) lanes.close(id)
             for (subscription in unopened()) {
                 // The next session has ids from 1 again
-                if (++last > MOST_IDS) throw IOException("this session has had $MOST_IDS openings, the most")
+                if (++last >
+                    Wanted.MOST_IDS
+                ) {
+                    throw IOException("this session has had ${Wanted.MOST_IDS} openings, the most")
+                }
                 synchronized(this) { open[last] = subscription }
-                lanes.open(subscription.toOpen(last))
+                lanes.open(subscription.open(last))
             }
             changes.receive()
         }
@@ -140,17 +153,19 @@ internal class Subscriptions : AppOpenings {
     @Synchronized
     override fun counts(): Map<String, Status.OpeningCounts> =
         open.entries.associate { (id, subscription) -> "$id" to subscription.counts() }
-
-    private companion object {
-        const val MOST_IDS = 0xFFFF
-
-        /** With the longest names and types it fits into the 4 KiB of an OPEN. */
-        const val MOST_LAYOUT = 3000
-    }
 }
 
 /** A topic that a flow is to receive. */
-private class Wanted(val topic: String, val type: String, val layout: String?, val keep: Keep) {
+private class Wanted(
+    val topic: String,
+    private val type: String,
+    layout: String?,
+    val keep: Keep,
+    private val maxHz: Double?,
+    private val hash: String?,
+) {
+    private val layout: String?
+
     init {
         require(isShort(topic, MOST_CHARACTERS)) {
             "topic: expected 1 to $MOST_CHARACTERS printable characters, found '${printable(topic)}'"
@@ -158,11 +173,40 @@ private class Wanted(val topic: String, val type: String, val layout: String?, v
         require(isShort(type, MOST_CHARACTERS) && TYPE.matches(type)) {
             "expected a ROS type such as std_msgs/msg/String, of a class by its @SerialName, found '$type'"
         }
+        require(maxHz == null || (maxHz > 0 && maxHz.isFinite())) { "maxHz: expected more than 0, found $maxHz" }
+        require(hash == null || HASH.matches(hash)) {
+            "hash: expected RIHS01_ and 64 hexadecimal digits, found '${printable(hash.orEmpty())}'"
+        }
+        val bytes = ControlJson.encode(Open.serializer(), open(MOST_IDS, MOST_NUMBER, layout)).size
+        require(bytes <= FrameKind.OPEN.maxLength || hash != null) {
+            "$type has too many fields to be compared by a layout of ${layout?.length} characters: OPEN has room for " +
+                "${FrameKind.OPEN.maxLength} bytes, found $bytes. Give its hash, which `ros2 topic info -v` shows"
+        }
+        this.layout = layout.takeIf { bytes <= FrameKind.OPEN.maxLength }
     }
 
-    private companion object {
-        const val MOST_CHARACTERS = 255
-        val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
+    fun open(id: Int, received: Long): Open = open(id, received, layout)
+
+    private fun open(id: Int, received: Long, layout: String?): Open = Open(
+        id,
+        Open.SUBSCRIPTION,
+        topic,
+        type,
+        hash,
+        layout,
+        keep = if (keep is Keep.All) "all" else "latest",
+        depth = (keep as? Keep.All)?.depth,
+        maxHz = maxHz,
+        bulk = false, // No message needs TAKEN
+        received = received,
+    )
+
+    companion object {
+        const val MOST_IDS = 0xFFFF
+        private const val MOST_NUMBER = 0xFFFF_FFFFL
+        private const val MOST_CHARACTERS = 255
+        private val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
+        private val HASH = Regex("RIHS01_[0-9a-f]{64}")
     }
 }
 
@@ -178,17 +222,7 @@ private class Subscription(val what: Wanted) {
     private var undecodable = 0L
 
     @Synchronized
-    fun toOpen(id: Int): Open = Open(
-        id,
-        Open.SUBSCRIPTION,
-        what.topic,
-        what.type,
-        layout = what.layout,
-        keep = if (what.keep is Keep.All) "all" else "latest",
-        depth = (what.keep as? Keep.All)?.depth,
-        bulk = false, // No message needs TAKEN
-        received = expected,
-    )
+    fun open(id: Int): Open = what.open(id, expected)
 
     fun add(message: Frame) {
         synchronized(this) {

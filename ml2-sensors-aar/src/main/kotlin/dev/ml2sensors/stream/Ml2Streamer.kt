@@ -92,22 +92,32 @@ public class Ml2Streamer(
      * @param serializer of a class as [Cdr] describes it, whose `@SerialName` is the ROS type, such as
      * `sensor_msgs/msg/JointState`. The receiver compares the order and types of the fields with those of the ROS type.
      * @param keep the messages that wait for a collector that is slower than the topic.
+     * @param maxHz the greatest rate at which the receiver sends messages; it leaves out others. Null has no bound.
+     * @param hash of the type, such as `RIHS01_df66…`, by which the receiver also compares versions of the type. A type
+     * with so many fields that their layout does not fit into an OPEN is compared by its hash alone.
      * @return a flow that fails with [SubscriptionException] if the receiver refuses the topic or withdraws it. The loss
      * of the connection does not end it.
-     * @throws IllegalArgumentException if the class is not named after a ROS type, or has no CDR.
+     * @throws IllegalArgumentException if the class is not named after a ROS type, has no CDR, or needs a [hash].
      */
     public fun <T> subscribe(
         topic: String,
         serializer: KSerializer<T>,
         keep: Keep = Keep.Latest,
-    ): Flow<Received<T>> = subscriptions.subscribe(topic, serializer, keep)
+        maxHz: Double? = null,
+        hash: String? = null,
+    ): Flow<Received<T>> = subscriptions.subscribe(topic, serializer, keep, maxHz, hash)
 
     /**
      * As the other one, for a [type] without a class: a message is its CDR, encapsulation header included. Bytes may
-     * follow behind the message. The receiver cannot compare the fields.
+     * follow behind the message. The receiver cannot compare the fields without a [hash].
      */
-    public fun subscribe(topic: String, type: String, keep: Keep = Keep.Latest): Flow<Received<ByteBuffer>> =
-        subscriptions.subscribe(topic, type, keep)
+    public fun subscribe(
+        topic: String,
+        type: String,
+        keep: Keep = Keep.Latest,
+        maxHz: Double? = null,
+        hash: String? = null,
+    ): Flow<Received<ByteBuffer>> = subscriptions.subscribe(topic, type, keep, maxHz, hash)
 
     /**
      * Returns the ROS time in ns of what was captured at [captureNanos] on the headset's clock, for the header of a

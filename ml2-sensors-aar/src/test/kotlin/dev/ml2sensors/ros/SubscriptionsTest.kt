@@ -22,7 +22,12 @@ import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
+import kotlinx.serialization.KSerializer
 import kotlinx.serialization.Serializable
+import kotlinx.serialization.descriptors.buildClassSerialDescriptor
+import kotlinx.serialization.descriptors.element
+import kotlinx.serialization.encoding.Decoder
+import kotlinx.serialization.encoding.Encoder
 import kotlinx.serialization.json.Json
 import kotlinx.serialization.json.int
 import kotlinx.serialization.json.jsonObject
@@ -34,6 +39,7 @@ import org.junit.jupiter.params.ParameterizedTest
 import org.junit.jupiter.params.provider.CsvSource
 import java.io.IOException
 import kotlin.random.Random
+import kotlin.test.assertContains
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
@@ -67,10 +73,12 @@ class SubscriptionsTest {
 
     @Test
     fun aTypeWithoutAClassComesAsItsBytes() = runBlocking<Unit> {
-        subscriptions.subscribe("/chatter", "std_msgs/msg/String", Keep.All(3)).test {
+        subscriptions.subscribe("/chatter", "std_msgs/msg/String", Keep.All(3), maxHz = 12.5, HASH).test {
             val session = session()
             val open = session.await(HostFrame.OPEN).json
-            assertEquals(setOf("id", "kind", "name", "type", "keep", "depth", "bulk", "received"), open.keys)
+            val expected = """{"id": 1, "kind": "subscription", "name": "/chatter", "type": "std_msgs/msg/String",
+                "hash": "$HASH", "keep": "all", "depth": 3, "max_hz": 12.5, "bulk": false, "received": 0}"""
+            assertEquals(Json.parseToJsonElement(expected), open)
             session.opens(1)
             session.message(1, 0, text("hello"))
             assertContentEquals(text("hello"), awaitItem().message.array())
@@ -136,7 +144,9 @@ class SubscriptionsTest {
         chatter.test {
             fixture.run(app = subscriptions)
             fixture.started()
-            assertEquals(SubscriptionException.Reason.NOT_SERVED, assertIs<SubscriptionException>(awaitError()).reason)
+            val error = assertIs<SubscriptionException>(awaitError())
+            assertEquals(SubscriptionException.Reason.NOT_SERVED, error.reason)
+            assertContains(error.message.orEmpty(), "`ml2-receiver run` does")
         }
         chatter.test {
             assertEquals(SubscriptionException.Reason.NOT_SERVED, assertIs<SubscriptionException>(awaitError()).reason)
@@ -321,11 +331,44 @@ class SubscriptionsTest {
         for (topic in listOf("", "a".repeat(256), "/\u0007")) {
             assertFailsWith<IllegalArgumentException> { subscriptions.subscribe(topic, "a/msg/B", Keep.Latest) }
         }
+        for (rate in listOf(0.0, -1.0, Double.NaN, Double.POSITIVE_INFINITY)) {
+            assertFailsWith<IllegalArgumentException>("$rate") { chatter(maxHz = rate) }
+        }
+        for (hash in listOf("", "RIHS01_", HASH.uppercase(), HASH + "0")) {
+            assertFailsWith<IllegalArgumentException>(hash) { chatter(hash = hash) }
+        }
         for (depth in listOf(0, 101)) assertFailsWith<IllegalArgumentException> { Keep.All(depth) }
     }
 
-    private fun chatter(keep: Keep = Keep.Latest): Flow<Received<StringMessage>> =
-        subscriptions.subscribe("/chatter", StringMessage.serializer(), keep)
+    @Test
+    fun aLayoutGoesWithItsTypeAsFarAsItFitsIntoAnOpenAndElseItsHashAlone() = runBlocking<Unit> {
+        val longTopic = "/" + "\uD83D\uDE00".repeat(254) // Four bytes each
+        val many = Fields(3800)
+        val reason = assertFailsWith<IllegalArgumentException> {
+            subscriptions.subscribe(longTopic, many, Keep.Latest)
+        }.message.orEmpty()
+        assertTrue("4096 bytes" in reason && "hash" in reason, reason)
+        val session = session()
+        val flows = listOf(
+            subscriptions.subscribe("/many", many, Keep.Latest) to setOf("layout"),
+            subscriptions.subscribe(longTopic, many, Keep.Latest, hash = HASH) to setOf("hash"),
+            chatter(hash = HASH) to setOf("layout", "hash"),
+        )
+        flows.forEachIndexed { index, (flow, compared) ->
+            flow.test {
+                val open = session.await(HostFrame.OPEN, index).json
+                assertEquals(compared, open.keys intersect setOf("layout", "hash"))
+                session.opens(index + 1)
+            }
+        }
+    }
+
+    private fun chatter(
+        keep: Keep = Keep.Latest,
+        maxHz: Double? = null,
+        hash: String? = null,
+    ): Flow<Received<StringMessage>> =
+        subscriptions.subscribe("/chatter", StringMessage.serializer(), keep, maxHz, hash)
 
     /** Cuts the connections of a session, and waits until the device has noticed. */
     private fun lose(session: HostSession) {
@@ -360,7 +403,20 @@ class SubscriptionsTest {
     @Serializable
     private class Unnamed(val data: String)
 
+    /** A message of so many numbers. */
+    private class Fields(count: Int) : KSerializer<Nothing> {
+        override val descriptor = buildClassSerialDescriptor("a/msg/Fields") {
+            repeat(count) { element<Byte>("field$it") }
+        }
+
+        override fun serialize(encoder: Encoder, value: Nothing) = value
+
+        override fun deserialize(decoder: Decoder) = error("nothing comes")
+    }
+
     private companion object {
+        val HASH = "RIHS01_" + "0af9".repeat(16)
+
         /** Claims more text than there is. */
         val UNDECODABLE = byteArrayOf(0, 1, 0, 0, 9, 0, 0, 0, 'x'.code.toByte(), 0)
     }
