@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -14,6 +15,7 @@ import pytest
 from configurations import only
 from processes import PREFIX, ROOT, isolated_environment
 from shaped_link import why_not
+from waiting import LIMIT_S
 
 DEMO = ROOT / "build" / "demo"
 
@@ -31,15 +33,36 @@ def run_demo(folder: Path, sections: str, *options: str | Path) -> subprocess.Co
     )
 
 
+def run_until(
+    is_enough: Callable[[subprocess.CompletedProcess[str]], bool],
+    shortest_s: int,
+    folder: Path,
+    sections: str,
+    *options: str,
+) -> subprocess.CompletedProcess[str]:
+    """Runs the demo, ever longer on a slow machine, until it has shown enough."""
+    for duration_s in (shortest_s, 5 * shortest_s, LIMIT_S):
+        demo = run_demo(folder, sections, "--duration", f"{duration_s}", *options)
+        if demo.returncode == 0 and is_enough(demo):
+            break
+    assert demo.returncode == 0, demo.stdout + demo.stderr
+    return demo
+
+
 def test_the_demo_leaves_a_report_and_a_picture(tmp_path: Path) -> None:
     sections = "world_left: {enabled: true}, other_sensors: {enabled: true}"
-    demo = run_demo(tmp_path, sections, "--duration", "2")
-    assert demo.returncode == 0, demo.stdout + demo.stderr
+
+    def has_images(_: object) -> bool:
+        report = json.loads((DEMO / "report.json").read_text())
+        return bool(report["topics"][f"{PREFIX}/world_left/image_raw"]["count"] > 5)
+
+    demo = run_until(has_images, 2, tmp_path, sections)
     assert "ml2-receiver view" in demo.stderr
     assert "valid for" not in demo.stderr, "nobody else is to pair"
     report = json.loads((DEMO / "report.json").read_text())
     assert report["source"] == "simulated"
-    assert 1 < report["duration_s"] < 4
+    assert report["duration_s"] > 0
+    assert re.search(r"the duration of \S+ is over", (DEMO / "headset.log").read_text())
     assert report["clock"]["uncertainty_s"] > 0
     image = report["topics"][f"{PREFIX}/world_left/image_raw"]
     assert image["type"] == "sensor_msgs/msg/Image"
@@ -58,10 +81,15 @@ def test_images_give_way_to_the_link_of_the_demo_and_no_sample_is_lost(tmp_path:
         "world_left: {enabled: true}, world_right: {enabled: true}, other_sensors: {enabled: true},"
         " imu: {united: true}, head_pose: {enabled: true}"
     )
-    demo = run_demo(tmp_path, sections, "--link", "50", "--duration", "5")
-    assert demo.returncode == 0, demo.stdout + demo.stderr
-    step = r"^ +\d+ s  lowered for the link: world_left, world_right: \d+ Hz"
-    assert re.search(step, demo.stdout, re.MULTILINE), demo.stdout
+    step = re.compile(
+        r"^ +\d+ s  lowered for the link: world_left, world_right: \d+ Hz", re.MULTILINE
+    )
+
+    def is_lowered(demo: subprocess.CompletedProcess[str]) -> bool:
+        return step.search(demo.stdout) is not None
+
+    demo = run_until(is_lowered, 5, tmp_path, sections, "--link", "50")
+    assert is_lowered(demo), demo.stdout
     topics = json.loads((DEMO / "report.json").read_text())["topics"]
     images = {name for name in topics if name.endswith("/image_raw")}
     # Two raw cameras of 8.3 Mbit an image
