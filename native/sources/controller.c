@@ -1,6 +1,5 @@
 // The hand-held controller: its pose at the instant of its stamp, and its buttons, trigger and touchpad.
 #include "../sdk/error.h"
-#include "../sdk/snapshot.h"
 #include "conversions.h"
 #include "head_tracker.h"
 #include "source.h"
@@ -26,20 +25,6 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return head_tracker_close_after(SDK_CALL(error, controller, MLControllerDestroy, tracker), head_tracker, error);
 }
 
-static ml2s_result locate(const MLCoordinateFrameUID *frame, ml2s_reading *pose, ml2s_error *error) {
-    struct snapshot snapshot;
-    ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
-    if (result) {
-        return result;
-    }
-    MLTransform transform;
-    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot.of, frame, &transform);
-    if (!result) {
-        pose_set(pose, &transform);
-    }
-    return snapshot_release(snapshot, result, error);
-}
-
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
     MLControllerSystemStateEx state;
@@ -51,7 +36,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     if ((result = SDK_CALL(error, controller, MLControllerGetStateEx, tracker, &state)) ||
         (result = pose_begin(&pose, ML2S_STREAM_CONTROLLER, error)) ||
         (controller->status == MLControllerStatus_Active &&
-         (result = locate(&controller->coord_frame_controller, &pose, error)))) {
+         (result = pose_locate(&controller->coord_frame_controller, &pose, error)))) {
         return result;
     }
     readings_add(readings, &pose);

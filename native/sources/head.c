@@ -1,5 +1,4 @@
 // The pose of the headset at the instant of its stamp.
-#include "../sdk/snapshot.h"
 #include "conversions.h"
 #include "head_tracker.h"
 #include "source.h"
@@ -31,20 +30,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return result;
 }
 
-static ml2s_result locate(ml2s_reading *pose, ml2s_error *error) {
-    struct snapshot snapshot;
-    ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
-    if (result) {
-        return result;
-    }
-    MLTransform transform;
-    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot.of, &head.coord_frame_head, &transform);
-    if (!result) {
-        pose_set(pose, &transform);
-    }
-    return snapshot_release(snapshot, result, error);
-}
-
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
     MLHeadTrackingStateEx state;
@@ -58,7 +43,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     }
     events |= fetched;
     if ((result = pose_begin(&pose, ML2S_STREAM_HEAD_POSE, error)) ||
-        (state.status == MLHeadTrackingStatus_Valid && (result = locate(&pose, error)))) {
+        (state.status == MLHeadTrackingStatus_Valid && (result = pose_locate(&head.coord_frame_head, &pose, error)))) {
         return result;
     }
     pose.events = (uint32_t)events; // ML2S_TRACKING_* are the vendor's bits.

@@ -15,3 +15,6 @@ ml2s_result head_tracker_close_on_failure(ml2s_result result, MLHandle tracker);
 ml2s_result head_tracker_close_after(ml2s_result result, MLHandle tracker, ml2s_error *error);
 
 ml2s_result head_tracker_close(MLHandle tracker, ml2s_error *error);
+
+/** Sets pose to that of frame at the time of pose. Without one, it stays untracked. */
+ml2s_result pose_locate(const MLCoordinateFrameUID *frame, ml2s_reading *pose, ml2s_error *error);
