@@ -126,6 +126,7 @@ def _row(loaded: Loaded, run: Run) -> dict[str, Any]:
         "imu_p50_ms": imu["latency_ms"]["p50"],
         "imu_p99_ms": imu["latency_ms"]["p99"],
         "imu_p99_after_3_s_ms": imu["phases_ms"]["steady"]["p99"],
+        "imu_late": int(imu["diagnostics"].get("dropped.source_late", 0)),
         "imu_lost": int(imu["diagnostics"].get("produced", imu["count"])) - imu["count"],
         "world_hz": [round(it["rate_hz"], 1) for name, it in images.items() if "/world_" in name],
         "image_hz": {name: round(it["rate_hz"], 1) for name, it in images.items()},
