@@ -71,12 +71,17 @@ def new_page(browser: Browser, color_scheme: Literal["dark", "light"] | None = N
     return context.new_page()
 
 
-@contextlib.contextmanager
-def running_lab(folder: Path) -> Iterator[Lab]:
-    """Starts the processes, with their logs in `folder`, and ends them."""
+def written_config(folder: Path) -> Path:
     config = folder / "config.yaml"
     off = {camera: {"enabled": False} for camera in _OFF}
     config.write_text(compressed_config(picture_center=SMALL, **off))
+    return config
+
+
+@contextlib.contextmanager
+def running_lab(folder: Path) -> Iterator[Lab]:
+    """Starts the processes, with their logs in `folder`, and ends them."""
+    config = written_config(folder)
     environment = isolated_environment()
     with contextlib.ExitStack() as stack:
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import signal
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,10 +12,18 @@ from rosbags.highlevel import AnyReader
 
 from bags import message_counts
 from images import REPORTS, await_images, keep_screens
-from lab import Lab, new_page
-from processes import RECEIVER, isolated_environment, line_with, process
+from lab import new_page, written_config
+from processes import (
+    PLAINTEXT,
+    RECEIVER,
+    headset_command,
+    isolated_environment,
+    line_with,
+    listening_address,
+    process,
+)
 from test_page import CONTROLS
-from waiting import LIMIT_S, await_true
+from waiting import await_true
 
 # More than 3 s have of each stream
 _LEAST = 100
@@ -27,24 +33,17 @@ _POSITION = "() => Number(document.querySelector('#timeline input').value)"
 
 
 @pytest.fixture(scope="module")
-def walk(browser: Browser, lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recording of the lab, once it has images."""
-    live = new_page(browser)
-    live.goto(lab.address)
-    for stream in _STREAMS:
-        await_images(live, stream, 1)
-    live.context.close()
-    folder = tmp_path_factory.mktemp("recording") / "walk"
-    record: list[str | Path] = [RECEIVER, "record", folder, "--attach"]
-    with process(record, lab.environment, folder.with_name("record.log")) as recording:
-        await_true(lambda: has_images(folder))
-        recording.send_signal(signal.SIGINT)
-        recording.communicate(timeout=LIMIT_S)
-        assert recording.returncode == 0
-    # The next recording of the lab shall be in a folder of its own.
-    again: list[str | Path] = [RECEIVER, "set", "record.folder="]
-    subprocess.run(again, env=lab.environment, check=True, stdout=subprocess.DEVNULL)
-    return folder
+def walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of the cameras of the lab, which need not run for it."""
+    folder = tmp_path_factory.mktemp("recording")
+    config, environment = written_config(folder), isolated_environment()
+    record: list[str | Path] = [RECEIVER, "record", folder / "walk", "--no-ros"]
+    record += ["--config", config, "--listen", "127.0.0.1:0", *PLAINTEXT.receiver]
+    with process(record, environment, folder / "receiver.log") as receiver:
+        headset = headset_command(listening_address(receiver))
+        with process(headset, environment, folder / "headset.log", is_read=False):
+            await_true(lambda: has_images(folder / "walk"))
+    return folder / "walk"
 
 
 def has_images(walk: Path) -> bool:
