@@ -202,8 +202,7 @@ def receive_once(
         )
         subscriber = start(subscribing(environment, folder))
         address = listening_address(receiver)
-        proxy = start(link(address)) if link else None
-        destination = proxy.address if proxy else address
+        destination = start(link(address)).address if link else address
         headset = [*program, "--receiver", destination, *security.headset, *headset_options]
         headset += ["--duration", f"{LIMIT_S}"] if is_enough else []
         running = start(process(headset, environment, folder / "headset.log"))
