@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from document import blocks, without_spacing
-from toolchain import ROOT, Package, java
+from toolchain import ROOT, Package, java, kotlinc
 
 NATIVE = ROOT / "build" / "native"
 # Where the loader finds bionic's library names, and the vendor's library.
@@ -60,6 +60,13 @@ def test_the_examples_of_the_readme_were_compiled(sample: Path) -> None:
     ]
     assert len(examples) == 4
     assert [text for text in examples if without_spacing(text) not in compiled] == []
+
+
+def test_the_file_of_a_message_type_of_your_own_compiles(library: Package, tmp_path: Path) -> None:
+    (example,) = blocks((ROOT / "docs/ros_to_headset.md").read_text(), "kotlin")
+    source = tmp_path / "JointStates.kt"
+    source.write_text(example)
+    kotlinc(tmp_path / "example.jar", source, [library.classes, *library.libraries])
 
 
 def test_the_unity_package_works_with_nothing_beside_it(unity: Package) -> None:

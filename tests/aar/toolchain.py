@@ -93,6 +93,7 @@ def kotlinc(output: Path, sources: Path, class_path: Iterable[Path]) -> None:
     compiler = [path for path in _class_path() if path.suffix == ".jar"]
     classes = os.pathsep.join(map(str, class_path))
     options = ["-no-stdlib", "-no-reflect", "-jvm-target", "11", "-Werror", "-cp", classes]
+    options.append(f"-Xplugin={jar('kotlin-serialization-compiler-plugin-embeddable')}")
     main = "org.jetbrains.kotlin.cli.jvm.K2JVMCompiler"
     assert java(compiler, main, *options, "-d", output, sources) == ""
 
