@@ -143,6 +143,7 @@ LONG = Run("one raw camera", 400, rtt_ms=20, config=one_camera(**FIXED))
 AUTO: dict[str, Any] = {"config": compressed_config(), "options": NOISY, "duration_s": 60}
 RUNS = (
     *(Run("raw", rate, it) for rate in (300, 100, 50, 30) for it in ("cubic", "bbr")),
+    *(Run("raw", rate, rtt_ms=rtt) for rate in (180, 70, 45) for rtt in (0, 20, 60)),
     Run("100, 20, 100", 100, duration_s=40, change=falls_and_rises),
     Run("stalls of 1 s", 100, duration_s=40, change=stalls),
     Run("another flow", 100, duration_s=40, change=competes),
@@ -155,7 +156,8 @@ RUNS = (
     Run("h264", 100, config=video_config(**FIXED), options=NOISY),
     LONG,
     Run("auto", 300, rtt_ms=10, **AUTO),
-    *(Run("auto", rate, **AUTO) for rate in (100, 30)),
+    *(Run("auto", rate, **AUTO) for rate in (100, 45, 30)),
+    Run("auto", 70, rtt_ms=60, **AUTO),
     Run("auto, 100, 20, 100", 100, change=falls_and_rises, **AUTO),
     Run("auto, another flow", 100, change=competes, **AUTO),
 )

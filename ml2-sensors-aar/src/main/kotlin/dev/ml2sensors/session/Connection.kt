@@ -34,23 +34,14 @@ import java.nio.channels.SocketChannel
  */
 internal class Connection private constructor(
     private val channel: TransportChannel,
-    private val socket: SocketChannel,
+    queue: SendQueue?,
     val address: InetAddress,
     private val pacing: ImagePacing?,
     rosNowNanos: () -> Long,
 ) : Closeable {
     private val reader = FrameReader(channel)
-    private val unacknowledged = pacing?.let { SendQueue.of(socket) }?.let { it::bytes }?.also(pacing::add)
+    private val unacknowledged = queue?.takeIf { pacing != null }?.let { it::bytes }?.also { pacing?.add(it) }
     val writer: FrameWriter = FrameWriter(channel, pacing, rosNowNanos)
-
-    /** Makes room in the kernel for what is under way on a path as long as the pacing has measured by now. */
-    fun fitSendBuffer() {
-        val roundTripNanos = pacing?.leastRoundTripNanos ?: return
-        val underWayBytes = (roundTripNanos * BULK_BYTES_PER_SECOND / NANOS_PER_SECOND).toInt()
-        if (underWayBytes > PACED_SEND_BUFFER_BYTES) {
-            socket.setOption(StandardSocketOptions.SO_SNDBUF, underWayBytes)
-        }
-    }
 
     /**
      * Waits for the next frame of one of the [allowed] kinds, and returns null at the end of the stream. Skips an ERROR
@@ -104,23 +95,19 @@ internal class Connection private constructor(
         /** DSCP 48 in the upper six bits, RFC 2474. */
         private const val CS6 = 48 shl 2
 
-        /** A link of 10 Mbit/s delivers this in 50 ms. Small frames that do not fit wait, and are written together. */
-        private const val URGENT_SEND_BUFFER_BYTES = 64 * 1024
+        /** A link of 10 Mbit/s delivers this in 13 ms. Small frames that do not fit wait, and are written together. */
+        private const val URGENT_UNSENT_BYTES = 16 * 1024
 
         /** A quarter of a raw world camera frame. */
-        private const val BULK_SEND_BUFFER_BYTES = 256 * 1024
+        private const val BULK_UNSENT_BYTES = 256 * 1024
 
         /** Two turns of a paced lane: what is in the kernel when the link becomes slower goes before small messages. */
-        private const val PACED_SEND_BUFFER_BYTES = 2 * ImagePacing.SLICE_BYTES
-
-        /** A lane of 400 Mbit/s keeps so much under way for each second of round trip. */
-        private const val BULK_BYTES_PER_SECOND = 50_000_000L
-        private const val NANOS_PER_SECOND = 1_000_000_000L
+        private const val PACED_UNSENT_BYTES = 2 * ImagePacing.SLICE_BYTES
 
         /**
          * Connects to the first of the receiver's addresses that answers. An [urgent] connection is marked DSCP CS6, so
-         * that an access point can prefer it to images. The kernel's send buffer is small, so that nothing becomes
-         * stale there.
+         * that an access point can prefer it to images. The kernel holds little that it has not sent, so that nothing
+         * becomes stale there.
          *
          * @param pacing paces the images of this connection, unless it stays on this machine.
          * @param resolve returns the addresses of a host.
@@ -143,15 +130,19 @@ internal class Connection private constructor(
                     socket.setOption(StandardSocketOptions.TCP_NODELAY, true)
                     if (urgent) socket.setOption(StandardSocketOptions.IP_TOS, CS6)
                     val paced = pacing.takeUnless { address.address.isLoopbackAddress }
-                    val bufferBytes = when {
-                        urgent -> URGENT_SEND_BUFFER_BYTES
-                        paced == null -> BULK_SEND_BUFFER_BYTES
-                        else -> PACED_SEND_BUFFER_BYTES
-                    }
-                    socket.setOption(StandardSocketOptions.SO_SNDBUF, bufferBytes)
                     socket.socket().connect(address, limitMillis)
+                    val unsentBytes = when {
+                        urgent -> URGENT_UNSENT_BYTES
+                        paced == null -> BULK_UNSENT_BYTES
+                        else -> PACED_UNSENT_BYTES
+                    }
+                    val queue = SendQueue.of(socket)
+                    if (queue?.limitUnsent(unsentBytes) != true) {
+                        // It bounds what is under way, too, and a long path needs more of that
+                        socket.setOption(StandardSocketOptions.SO_SNDBUF, 4 * unsentBytes)
+                    }
                     val channel = client?.open(socket, "$receiver", receiver.fingerprint) ?: PlaintextChannel(socket)
-                    Connection(channel, socket, address.address, paced, rosNowNanos)
+                    Connection(channel, queue, address.address, paced, rosNowNanos)
                 } catch (e: Throwable) {
                     socket.close()
                     throw e

@@ -73,7 +73,6 @@ internal class SessionLanes(
     suspend fun startSending() {
         for ((name, connection) in connections) {
             if (name in senders) continue
-            connection.fitSendBuffer() // The first round trip may not have ended when the lane was opened
             senders[name] = launch { lane(name).sendThrough(connection.writer) }
             lane(name).awaitSession()
         }
