@@ -118,6 +118,7 @@ def _adaptation(adaptation: Adaptation) -> Call:
         streams=_list(groups),
         qualities=_list(map(str, adaptation.quality)),
         ratesHz=_list(map(str, adaptation.rate_hz)),
+        firstRoundHz=_list(map(str, adaptation.first_round_hz)),
     )
 
 

@@ -256,7 +256,11 @@ def _adaptation(row: Row, streams: Collection[str]) -> Adaptation:
     for name, values in steps.items():
         if sorted(values, reverse=True) != list(values) or min(values) < 1:
             raise ValueError(f"adaptation: expected {name} above 0 that falls, found {values}")
-    return Adaptation(groups, **steps)
+    first_round_hz = tuple(row["first_round_hz"])
+    if len(first_round_hz) != len(groups) or not set(first_round_hz) <= set(steps["rate_hz"]):
+        expected = f"expected one of rate_hz for each of {len(groups)} lines of streams"
+        raise ValueError(f"adaptation: first_round_hz: {expected}, found {first_round_hz}")
+    return Adaptation(groups, **steps, first_round_hz=first_round_hz)
 
 
 def _image_sizes(row: Row, sections: Mapping[str, Section]) -> ImageSizes:

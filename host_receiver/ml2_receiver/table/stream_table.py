@@ -137,12 +137,14 @@ class Adaptation:
     """The order in which images give way to the link.
 
     Each `quality` of JPEG is gone through first, with each of them one group of `streams` after
-    another. Then group after group goes through each `rate_hz`.
+    another. Then group after group goes through each `rate_hz`, in a first round down to its
+    `first_round_hz`, in a second one through the rest.
     """
 
     streams: tuple[tuple[str, ...], ...]
     quality: tuple[int, ...]
     rate_hz: tuple[int, ...]
+    first_round_hz: tuple[int, ...]
 
 
 @dataclass(frozen=True)

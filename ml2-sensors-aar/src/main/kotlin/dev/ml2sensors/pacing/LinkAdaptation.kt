@@ -158,13 +158,16 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
                     AdaptationStep(above.toSet(), quality, rateHz = null)
                 }
             }
-            val rates = groups.flatMap { group ->
-                order.ratesHz.map { rateHz ->
-                    val above = group.filter { it.configured.rateHz > rateHz }
-                    AdaptationStep(above.toSet(), quality = null, rateHz)
-                }
+            val rounds = groups.zip(order.firstRoundHz) { group, leastHz ->
+                rateSteps(group, order.ratesHz).partition { checkNotNull(it.rateHz) >= leastHz }
             }
+            val rates = rounds.flatMap { it.first } + rounds.flatMap { it.second }
             return (qualities + rates).filter { it.streams.isNotEmpty() }
+        }
+
+        fun rateSteps(group: List<AdaptedStream>, ratesHz: List<Int>) = ratesHz.map { rateHz ->
+            val above = group.filter { it.configured.rateHz > rateHz }
+            AdaptationStep(above.toSet(), quality = null, rateHz)
         }
     }
 }

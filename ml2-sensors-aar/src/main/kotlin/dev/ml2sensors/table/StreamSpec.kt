@@ -110,14 +110,16 @@ public class Mode internal constructor(
 
 /**
  * The order in which images give way to the link: each quality of JPEG, with each of them one group of streams after
- * another; then group after group, with each of them one rate after another.
+ * another; then group after group, with each of them one rate after another, in two rounds.
  *
  * @property streams groups of ids.
+ * @property firstRoundHz down to which rate each group goes in the first round.
  */
 internal class AdaptationSpec(
     val streams: List<List<String>>,
     val qualities: List<Int>,
     val ratesHz: List<Int>,
+    val firstRoundHz: List<Int>,
 )
 
 /**

@@ -1246,7 +1246,8 @@ public object StreamTable {
                 listOf("world_left", "world_right"),
             ),
             qualities = listOf(60, 40),
-            ratesHz = listOf(15, 10, 1),
+            ratesHz = listOf(25, 20, 15, 10, 7, 5, 3, 1),
+            firstRoundHz = listOf(5, 5, 5, 5, 10),
         )
 
     /** The size of a JPEG by its quality, relative to that at quality 80. */
