@@ -1,4 +1,4 @@
-"""Measures a topic of 1000 messages per second to the headset's app, beside all sensors with TLS.
+"""Measures a topic of 1000 messages per second to the headset's app, beside the demo's sensors, with TLS.
 
 Usage: downlink_bench.py DURATION, in seconds. Writes build/bench/downlink.json:
 
@@ -44,7 +44,7 @@ from processes import (
     process,
     receive_command,
 )
-from simulation import raw_config
+from simulation import compressed_config
 from view_bench import imu_p99_ms, latency
 
 RESULTS = ROOT / "build" / "bench" / "downlink.json"
@@ -130,7 +130,7 @@ def main(duration_s: float) -> None:
 
 
 def _config() -> str:
-    tree = yaml.safe_load(raw_config())
+    tree = yaml.safe_load(compressed_config())
     (node,) = tree.values()
     node["ros__parameters"]["app"] = {"subscribe": [TOPIC]}
     return yaml.safe_dump(tree)
