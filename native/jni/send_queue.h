@@ -1,4 +1,4 @@
-/** The native methods of dev.ml2sensors.transport.SendQueue: how many bytes the kernel still has to deliver, and sends later. */
+/** The native methods of dev.ml2sensors.transport.SendQueue: what the kernel still has to deliver, and may hold. */
 #pragma once
 
 #include <jni.h>

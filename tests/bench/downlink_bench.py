@@ -1,4 +1,4 @@
-"""Measures a topic of 1000 messages per second to the headset's app, beside the demo's sensors, with TLS.
+"""Measures 1000 messages per second to the headset's app, beside the demo's sensors, with TLS.
 
 Usage: downlink_bench.py DURATION, in seconds. Writes build/bench/downlink.json:
 
