@@ -34,6 +34,7 @@ from waiting import LIMIT_S, await_true
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -47,6 +48,7 @@ from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.ros.context import tool_node
 from ml2_receiver.ros.graph import Heard
 from ml2_receiver.ros.layout import described, plain
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.plain_messages import status_name
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Error
@@ -195,6 +197,35 @@ def test_a_message_arrives_as_it_was_published(app: MockDevice, node: Node) -> N
     assert payload.startswith(string("hello"))
     assert (header.channel, header.sequence) == (7, 0)
     assert header.capture_ns <= header.send_ns
+
+
+def test_a_queue_of_images_does_not_hold_back_small_messages(node: Node) -> None:
+    large, small = (node.create_publisher(String, it, RELIABLE) for it in ("/large", "/small"))
+    begun, published, over = threading.Event(), threading.Event(), threading.Event()
+    order: list[int] = []
+
+    def take(payload: bytes) -> None:
+        begun.set()
+        published.wait(LIMIT_S)
+        order.append(len(payload))
+        if len(order) == 1 + 10 + 60:
+            over.set()
+
+    wanted = [RawSubscription(STRING, it, RELIABLE, take) for it in ("/large", "/small")]
+    with tool_node("taker") as taking:
+        taker = RawTaker(taking, wanted, failed=lambda _, error: pytest.fail(str(error)))
+        await_true(lambda: all(it.get_subscription_count() for it in (large, small)))
+        large.publish(String(data="x" * 100_000))
+        assert begun.wait(LIMIT_S)
+        for publisher, count, size in ((large, 10, 100_000), (small, 60, 100)):
+            for _ in range(count):
+                publisher.publish(String(data="x" * size))
+            assert publisher.wait_for_all_acked(Duration(seconds=LIMIT_S))
+        published.set()
+        assert over.wait(LIMIT_S)
+        taker.stop()
+    last_small = max(at for at, size in enumerate(order) if size < 1000)
+    assert sum(size > 1000 for size in order[:last_small]) < 4
 
 
 def test_publishers_with_another_quality_of_service_are_heard_again(

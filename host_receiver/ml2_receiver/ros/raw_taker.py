@@ -23,8 +23,10 @@ from ..errors import ReceiverError
 from ..topics.message_types import message_class
 
 _WAIT_NS = 100_000_000
-# So many messages of a subscription are taken before it is another one's turn.
-_MOST_IN_TURN = 10
+# So much of a subscription is taken before it is another one's turn: one image, or many small
+# messages. Counted alike, images would hold back samples of an IMU whenever some have queued.
+_MOST_BYTES_IN_TURN = 1 << 16
+_MOST_IN_TURN = 100
 
 
 class Taking(Protocol):
@@ -163,14 +165,25 @@ class RawTaker:
             ready = set(wait_set.get_ready_entities("subscription"))
             for wanted, subscription in self._taken:
                 if subscription.handle.pointer in ready:
-                    most = wanted.qos.depth if self._pause_s else _MOST_IN_TURN
-                    self._take(wanted, subscription, most)
+                    self._take_in_turn(wanted, subscription)
             if self._pause_s:
                 time.sleep(self._pause_s)
 
-    def _take(self, wanted: Taking, subscription: Any, most: int) -> None:
+    def _take_in_turn(self, wanted: Taking, subscription: Any) -> None:
+        if self._pause_s:
+            self._take(wanted, subscription, wanted.qos.depth)
+        else:
+            self._take(wanted, subscription, _MOST_IN_TURN, _MOST_BYTES_IN_TURN)
+
+    def _take(
+        self, wanted: Taking, subscription: Any, most: int, most_bytes: float = float("inf")
+    ) -> None:
+        taken_bytes = 0
         for _ in range(most):
             taken = subscription.handle.take_message(subscription.msg_type, True)
             if taken is None:
                 return
             self._try(wanted.topic, partial(wanted.take, *taken))
+            taken_bytes += len(taken[0])
+            if taken_bytes >= most_bytes:
+                return
