@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -530,10 +531,12 @@ def test_1000_messages_per_second_arrive_in_order(app: MockDevice, node: Node) -
     assert numbers == sorted(set(numbers))
     await_true(lambda: book(node, "/fast")["waiting"] == 0)
     counts = book(node, "/fast")
-    # A machine that stands still may lose messages, which are counted.
     assert counts["sent"] == len(numbers)
+    # A machine that stands still may lose messages, which are counted once the publisher is known.
     lost = counts.get("dropped.queue_full", 0) + counts["missed"]
-    assert count - numbers[0] == len(numbers) + lost
+    gaps = [(later, later - earlier - 1) for earlier, later in pairwise(numbers)]
+    lost_later = sum(gap for later, gap in gaps if later > count / 2)
+    assert lost_later <= lost <= sum(gap for _, gap in gaps)
 
 
 @pytest.mark.parametrize("keep", ["latest", "all"])
