@@ -29,9 +29,11 @@ internal class LinkState(
  * - Down: images have waited for half a second, or for 2 s if the pacing allows what they need, and some were dropped.
  *   The next level needs at most [DOWN_TARGET] of what the link delivered, but not less than a third of before.
  * - Up: images have not waited for 5 s. The next level needs at most what the pacing allows, and at most three times as
- *   much as the present one. Where the pacing allows no step, one is tried: only images that wait show what a link carries.
- * - A step up after which images are dropped again, though the link carries what it did before, is taken back. The next
- *   wait is longer: 30 s, then twice as long each time, to 4 min; and then one step is taken at a time.
+ *   much as the present one. Where the pacing allows none, a little more is tried: only images that wait show what a link
+ *   carries.
+ * - A step up after which images are dropped again, though the link carries what it did before, is taken back, as far as
+ *   what the link delivered needs. The next wait is longer: 30 s, then twice as long each time, to 4 min; and then only a
+ *   little more is tried.
  *
  * Times are of one monotonic clock, in ns. Not thread-safe.
  */
@@ -83,7 +85,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         if (!deliveries.hasDrops) return level
         val target = maxOf(DOWN_TARGET * delivered, needed(level) / DEEPEST_STEP)
         val fitting = (level + 1..steps.size).firstOrNull { needed(it) <= target } ?: steps.size
-        return takenBack(delivered, nowNanos) ?: fitting
+        return takenBack(delivered, nowNanos)?.let { minOf(it, fitting) } ?: fitting
     }
 
     /** Returns the level before a recent step up that was a mistake; null if there was none. */
@@ -112,9 +114,9 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         val patienceNanos = if (isCareful) LONG_PATIENCE_NANOS shl doublings else PATIENCE_NANOS
         if (level == 0 || calmNanos < patienceNanos) return level
         raised = Raise(level, nowNanos)
-        val target = minOf(UP_TARGET * allowed, HIGHEST_STEP * needed(level))
-        val lowest = if (isCareful) level - 1 else 0
-        return (lowest until level).firstOrNull { needed(it) <= target } ?: (level - 1)
+        val fitting = if (isCareful) 0.0 else minOf(UP_TARGET * allowed, HIGHEST_STEP * needed(level))
+        val target = maxOf(fitting, TRIED_STEP * needed(level))
+        return (0 until level).firstOrNull { needed(it) <= target } ?: (level - 1)
     }
 
     /** Returns what all images need at a level, in B/s. */
@@ -149,6 +151,9 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         const val UP_TARGET = 0.8
         const val DEEPEST_STEP = 3
         const val HIGHEST_STEP = 3
+
+        /** So much more than before is tried where the pacing does not allow a step. */
+        const val TRIED_STEP = 1.15
 
         fun steps(streams: List<AdaptedStream>, order: AdaptationSpec): List<AdaptationStep> {
             val groups = order.streams.map { ids -> streams.filter { it.id in ids } }

@@ -35,6 +35,26 @@ class LinkAdaptationTest {
     }
 
     @Test
+    fun mostOfALinkIsUsedInFewStepsAndNoCameraStarves() {
+        for (mbit in listOf(50, 60, 70, 85, 100, 120, 140, 160, 180)) {
+            val uses = (1..10).map { seed ->
+                val scenario = AdaptationScenario(compressed(), seed)
+                scenario.run(mbit.toDouble(), seconds = 10)
+                val before = scenario.changes.size
+                val use = (1..60).map {
+                    scenario.run(mbit.toDouble(), seconds = 1)
+                    assertTrue(scenario.streams.all { it.present.rateHz >= 5 }, "seed $seed, $mbit Mbit/s")
+                    minOf(1.0, scenario.neededMbit / mbit)
+                }
+                val steps = scenario.changes.size - before
+                assertTrue(steps <= 6, "seed $seed, $mbit Mbit/s: $steps steps")
+                use.average()
+            }
+            assertTrue(uses.average() > 0.85, "$mbit Mbit/s: $uses")
+        }
+    }
+
+    @Test
     fun aConstantLinkIsNeverOscillatedOn() {
         repeat(200) { seed ->
             val random = Random(seed)
