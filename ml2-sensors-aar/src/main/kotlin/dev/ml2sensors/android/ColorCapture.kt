@@ -120,9 +120,8 @@ internal class ColorCapture(
     /** Returns what says that the run is left behind, after the reason for which it was to end. */
     @OptIn(ExperimentalCoroutinesApi::class) // getCompletionExceptionOrNull
     private fun stuck(): SourceException {
-        val reason = end.takeIf {
-            it.isCompleted
-        }?.getCompletionExceptionOrNull().takeIf { it !is CancellationException }
+        val failure = if (end.isCompleted) end.getCompletionExceptionOrNull() else null
+        val reason = failure.takeIf { it !is CancellationException }
         val left =
             "the last run of camera ${camera.id} has not ended: the camera, its pose tracker or its encoder does " +
                 "not answer; it is used again when they do; if that lasts, restart the headset"

@@ -112,11 +112,7 @@ internal class Subscriptions : AppOpenings {
             for (id in takeUnwanted()) lanes.close(id)
             for (subscription in unopened()) {
                 // The next session has ids from 1 again
-                if (++last >
-                    Wanted.MOST_IDS
-                ) {
-                    throw IOException("this session has had ${Wanted.MOST_IDS} openings, the most")
-                }
+                if (++last > MOST_IDS) throw IOException("this session has had $MOST_IDS openings, the most")
                 synchronized(this) { open[last] = subscription }
                 lanes.open(subscription.open(last))
             }
@@ -154,6 +150,8 @@ internal class Subscriptions : AppOpenings {
     override fun counts(): Map<String, Status.OpeningCounts> =
         open.entries.associate { (id, subscription) -> "$id" to subscription.counts() }
 }
+
+private const val MOST_IDS = 0xFFFF
 
 /** A topic that a flow is to receive. */
 private class Wanted(
@@ -201,12 +199,11 @@ private class Wanted(
         received = received,
     )
 
-    companion object {
-        const val MOST_IDS = 0xFFFF
-        private const val MOST_NUMBER = 0xFFFF_FFFFL
-        private const val MOST_CHARACTERS = 255
-        private val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
-        private val HASH = Regex("RIHS01_[0-9a-f]{64}")
+    private companion object {
+        const val MOST_NUMBER = 0xFFFF_FFFFL
+        const val MOST_CHARACTERS = 255
+        val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
+        val HASH = Regex("RIHS01_[0-9a-f]{64}")
     }
 }
 
