@@ -26,15 +26,26 @@ if_changed() {
   config/if_changed.sh "build/kotlin/$1" "${@:2}" >/dev/null
 }
 
+# What is compiled whole leaves the classes of sources that are gone.
+remove_stale() {
+  local target
+  for target in "$library/target" "$library"/*/target; do
+    [[ -d $target/kotlin-ic/compile ]] || rm -rf "$target/classes"
+    [[ -d $target/kotlin-ic/test ]] || rm -rf "$target/test-classes"
+  done
+}
+
 all=("$library/target/kotlin-ic" "$library"/*/target/kotlin-ic)
 robolectric=("$library"/{android-test,app}/target/kotlin-ic/test)
 
 mkdir -p build/kotlin
 if_changed .poms pom.xml .mvn "$library"/pom.xml "$library"/*/pom.xml -- rm -rf "${all[@]}"
+remove_stale
 mvn "${incremental[@]}" compile -pl $library
 java -XX:TieredStopAtLevel=1 -cp "$kotlin_jars" config/kotlin/Abi.java $library/target/classes build/kotlin/library
 if_changed .library build/kotlin/library -- rm -rf $library/target/kotlin-ic/test "${all[@]:1}"
 if_changed .library-tests $library/src/test -- rm -rf "${robolectric[@]}"
 if_changed .simulator $library/simulator/src/main -- rm -rf $library/simulator/target/kotlin-ic/test "${robolectric[@]}"
 if_changed .app $library/app/src/main -- rm -rf $library/app/target/kotlin-ic/test
+remove_stale
 mvn "${incremental[@]}" "${package[@]}"
