@@ -185,7 +185,7 @@ SECTIONS = [
         "downlink",
         "ROS into the headset",
         "1000 messages per second of 100 bytes to the app of the simulated headset, beside all "
-        "streams of config/demo.yaml raw and with TLS. Latency is from the call of `publish` in "
+        "streams of config/demo.yaml, with TLS. Latency is from the call of `publish` in "
         "another process until the app has printed the message.",
         [
             Measure("latency, half of the messages", "latency_p50_ms", "ms"),

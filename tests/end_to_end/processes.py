@@ -23,7 +23,7 @@ from pairing import pair
 from payload_file import Payloads
 from proxy import Proxy
 from ros_domain import reserve_domain
-from waiting import LIMIT_S
+from waiting import LIMIT_S, await_true
 
 ROOT = Path(__file__).resolve().parents[2]
 _MOST_RUNS = 6
@@ -234,6 +234,18 @@ def draw_images(
         with process(headset, environment, log, is_read=False):
             if drawing.await_drawn(log, headset_options):
                 note.touch()
+
+
+def recorded_walk(config: Path, folder: Path, is_enough: Callable[[Path], bool]) -> Path:
+    """Records a headset without ROS until that is enough; returns the bag, beside the logs."""
+    walk, environment = folder / "walk", isolated_environment()
+    record: list[str | Path] = [RECEIVER, "record", walk, "--no-ros", "--config", config]
+    record += ["--listen", "127.0.0.1:0", *PLAINTEXT.receiver]
+    with process(record, environment, folder / "receiver.log") as receiver:
+        headset = headset_command(listening_address(receiver))
+        with process(headset, environment, folder / "headset.log", is_read=False):
+            await_true(lambda: is_enough(walk))
+    return walk
 
 
 def _from_first_message(

@@ -17,16 +17,8 @@ from configurations import only
 from euroc import rows
 from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.bags.decoding import decoder
-from processes import (
-    PREFIX,
-    RECEIVER,
-    draw_images,
-    headset_command,
-    isolated_environment,
-    listening_address,
-    process,
-)
-from waiting import LIMIT_S, await_true
+from processes import PREFIX, RECEIVER, draw_images, recorded_walk
+from waiting import LIMIT_S
 
 CONFIG = only("world_left: {enabled: true}, world_right: {enabled: true}, imu: {united: true}")
 _IMAGES = 60
@@ -45,15 +37,9 @@ def config(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def bag(config: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording of a walk with more than _IMAGES of each camera, made without ROS."""
-    folder, environment = tmp_path_factory.mktemp("recording"), isolated_environment()
+    folder = tmp_path_factory.mktemp("recording")
     draw_images(config, (), folder)
-    record: list[str | Path] = [RECEIVER, "record", folder / "walk", "--no-ros"]
-    record += ["--config", config, "--listen", "127.0.0.1:0", "--insecure"]
-    with process(record, environment, folder / "receiver.log") as receiver:
-        headset = headset_command(listening_address(receiver))
-        with process(headset, environment, folder / "headset.log", is_read=False):
-            await_true(lambda: has_images(folder / "walk"))
-    return folder / "walk"
+    return recorded_walk(config, folder, has_images)
 
 
 def has_images(bag: Path) -> bool:

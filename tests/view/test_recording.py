@@ -13,17 +13,8 @@ from rosbags.highlevel import AnyReader
 from bags import message_counts
 from images import REPORTS, await_images, keep_screens
 from lab import new_page, written_config
-from processes import (
-    PLAINTEXT,
-    RECEIVER,
-    headset_command,
-    isolated_environment,
-    line_with,
-    listening_address,
-    process,
-)
+from processes import RECEIVER, isolated_environment, line_with, process, recorded_walk
 from test_page import CONTROLS
-from waiting import await_true
 
 # More than 3 s have of each stream
 _LEAST = 100
@@ -36,14 +27,7 @@ _POSITION = "() => Number(document.querySelector('#timeline input').value)"
 def walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording of the cameras of the lab, which need not run for it."""
     folder = tmp_path_factory.mktemp("recording")
-    config, environment = written_config(folder), isolated_environment()
-    record: list[str | Path] = [RECEIVER, "record", folder / "walk", "--no-ros"]
-    record += ["--config", config, "--listen", "127.0.0.1:0", *PLAINTEXT.receiver]
-    with process(record, environment, folder / "receiver.log") as receiver:
-        headset = headset_command(listening_address(receiver))
-        with process(headset, environment, folder / "headset.log", is_read=False):
-            await_true(lambda: has_images(folder / "walk"))
-    return folder / "walk"
+    return recorded_walk(written_config(folder), folder, has_images)
 
 
 def has_images(walk: Path) -> bool:
