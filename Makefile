@@ -78,6 +78,13 @@ detekt_version := $(shell sed -n 's|.*<detekt.version>\(.*\)</.*|\1|p' pom.xml)
 detekt_jar := build/detekt/detekt-cli-$(detekt_version)-all.jar
 # Names files: for a pattern, ktlint walks the whole checkout and fails where another check removes a file meanwhile.
 ktlint := git ls-files -co --exclude-standard '*.kt' | xargs $(java) -jar $(ktlint_jar) --relative
+# Removes stamps that tell of folders `target` which are gone: by hand, say.
+forget_without = $(if $(filter-out $(wildcard $(2:%=%/target)),$(2:%=%/target)),$(shell rm -f $(1)))
+modules := $(patsubst %/pom.xml,%,$(wildcard $(library)/pom.xml $(library)/*/pom.xml))
+$(call forget_without,$(packaged) $(class_archive),$(filter-out $(aar),$(modules)))
+$(call forget_without,$(simulated_headset),$(library) $(headset))
+$(call forget_without,$(packed),$(aar))
+$(call forget_without,$(packed_app),$(app))
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' Makefile

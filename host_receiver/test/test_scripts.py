@@ -206,3 +206,19 @@ def test_in_an_empty_home_the_first_build_needs_no_list_of_jars(checkout: Path) 
 
 def test_a_check_of_setup_says_nothing(checkout: Path) -> None:
     assert run(checkout, "host_receiver/environment/setup.sh", "--check") == (1, [])
+
+
+@pytest.mark.parametrize("module", [".", "simulator", "app"])
+def test_a_build_is_made_again_without_the_folder_that_it_made(tmp_path: Path, module: str) -> None:
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    library, stamp = tmp_path / "ml2-sensors-aar", "build/.maven-packaged"
+    native = "build/native/device/libml2sensors.so", "build/native/host/.built"
+    made = "native/sim/bundle.sh", *native, "build/native/bundle/order", stamp
+    for name in (*(f"ml2-sensors-aar/{it}/pom.xml" for it in (".", "simulator", "app")), *made):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    for pom in library.glob("**/pom.xml"):
+        (pom.parent / "target").mkdir()
+    assert run(tmp_path, "make", "--question", stamp)[0] == 0
+    (library / module / "target").rmdir()
+    assert run(tmp_path, "make", "--question", stamp)[0] == 1
