@@ -10,7 +10,8 @@ import pytest
 from fake_sink import FakeGraph
 from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.errors import ErrorCode, ProtocolError
-from ml2_receiver.session.downlink import Book, Books, Downlink, SubscriptionQueue
+from ml2_receiver.session.books import Book, Books
+from ml2_receiver.session.downlink import Downlink, SubscriptionQueue
 from ml2_receiver.session.openings import LANE_KINDS, Openings
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, FrameParser, Header
 from ml2_receiver.wire.json_body import JsonBody

@@ -6,7 +6,7 @@ from enum import Enum
 
 from ..table.stream_table import Topic
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus, Thermal
-from .downlink import SubscriptionReport
+from .books import SubscriptionReport
 from .link_tests import LinkTestResult
 from .statistics import TopicStatistics
 

@@ -9,7 +9,8 @@ from ..table.stream_table import StreamTable
 from ..wire.frame import VERSION
 from ..wire.kinds import LINK_TEST, ROS_LANES, Kind
 from ..wire.messages import Hello, PeerLimits, Timeouts, Welcome
-from .downlink import Books, Downlink
+from .books import Books
+from .downlink import Downlink
 from .graph import Graph
 from .openings import Openings
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..table.stream_table import Topic
 from ..wire.frame import Header
 from ..wire.messages import ChannelStatus
-from .downlink import Books
+from .books import Books
 
 # The shares of a message's latency, between the columns of TopicStatistics.times_ns().
 SHARES = ("capture_to_sent", "sent_to_received", "received_to_published")

@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from ..session.downlink import SubscriptionReport
+from ..session.books import SubscriptionReport
 from ..session.link_tests import LinkTestResult
 from ..session.report import Report, State, TopicReport
 from ..session.statistics import SHARES, TopicStatistics
