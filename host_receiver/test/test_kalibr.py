@@ -13,6 +13,7 @@ import yaml
 from ml2_receiver.configuration.calibration import Calibration
 from ml2_tools.errors import ExportError
 from ml2_tools.export.kalibr import ImuNoise, RigCamera, camchain, imu
+from ml2_tools.export.rig import rate_hz
 from refusals import refusal
 
 MATRIX = np.array([[900.0, 0, 640], [0, 901, 480], [0, 0, 1]])
@@ -80,6 +81,17 @@ def test_k3_is_fitted_and_what_remains_is_said() -> None:
 def test_a_lens_that_kalibr_has_no_model_for_is_refused(model: str, d: tuple[float, ...]) -> None:
     with pytest.raises(ExportError, match="expected a lens that Kalibr has a model for"):
         camchain([camera(model, d)])
+
+
+@pytest.mark.parametrize("lost", [(), (7, 30, 31, 32, 90)])
+def test_the_rate_of_an_imu_is_that_at_which_it_measures(lost: tuple[int, ...]) -> None:
+    """By a clock of whole milliseconds, each 2.4 ms, so that periods are 2 and 3 ms."""
+    stamps_ns = {it * 12 // 5 * 1_000_000 for it in range(101) if it not in lost}
+    assert rate_hz(stamps_ns) == pytest.approx(1000 / 2.4, rel=0.02)
+
+
+def test_one_reading_has_no_rate() -> None:
+    assert rate_hz({5}) is None
 
 
 def test_an_imu_has_the_keys_of_kalibr() -> None:

@@ -21,9 +21,8 @@ from ..errors import ExportError
 from ..images.pixels import pixels_of
 from .asl_yaml import asl_yaml
 from .kalibr import ImuNoise, RigCamera, distortion
-from .rig import Rig
+from .rig import Rig, rate_hz
 
-_NANOS_PER_SECOND = 1_000_000_000
 _IMU = "sensor_msgs/msg/Imu"
 _IMU_COLUMNS = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
 _IMU_COLUMNS += "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]"
@@ -104,9 +103,9 @@ class _Folder:
         write_private_file(self.folder / "sensor.yaml", asl_yaml(sensor).encode())
 
     def rate_hz(self) -> int:
-        if len(self.stamps_ns) < 2:
+        if (found := rate_hz(self.stamps_ns)) is None:
             raise ExportError(f"expected two messages or more for {self.folder.name}")
-        return max(1, round(_NANOS_PER_SECOND / float(np.median(np.diff(self.stamps_ns)))))
+        return max(1, round(found))
 
 
 class _ImageFolder(_Folder):

@@ -18,13 +18,14 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from ml2_receiver.ros.context import count_publishers, start_node_named
+from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..errors import ExportError
 from ..geometry.pose import Pose
 from ..geometry.transform_tree import STATIC_DEPTH, Tree
 from ..images.image_topic import image_topic
 from .kalibr import CAMERAS, RigCamera
-from .rig import Rig, calibration_of
+from .rig import Rig, calibration_of, rate_hz
 
 _IMU_MESSAGES = 100
 _STAMPS = 256
@@ -68,7 +69,7 @@ def read_live_rig(prefix: str, cameras: Sequence[str], imu: str | None, timeout_
             missing = f"no stamp with transforms of all of {', '.join(sorted(frames))}"
             wait_until(lambda: observer.poses, missing)
         if imu is not None:
-            wait_until(lambda: len(observer.imu_s) >= _IMU_MESSAGES, f"no {prefix}/{imu}/imu")
+            wait_until(lambda: len(observer.imu_ns) >= _IMU_MESSAGES, f"no {prefix}/{imu}/imu")
         return observer.rig(cameras)
     finally:
         executor.shutdown()
@@ -82,7 +83,7 @@ class _Observer:
     Attributes:
         running: the cameras of CAMERAS that run.
         infos: the last camera_info by camera.
-        imu_s: the stamps of the IMU.
+        imu_ns: the stamps of the IMU.
         poses: the poses by camera at the latest stamp at which all are known; empty before that.
     """
 
@@ -90,7 +91,7 @@ class _Observer:
         self.node = start_node_named("ml2_export")
         self.running: tuple[str, ...] = ()
         self.infos: dict[str, CameraInfo] = {}
-        self.imu_s: set[float] = set()
+        self.imu_ns: set[int] = set()
         self.poses: dict[str, Pose] = {}
         self._prefix = prefix
         self._tree: Tree
@@ -120,9 +121,6 @@ class _Observer:
     def rig(self, cameras: Sequence[str]) -> Rig:
         exists = partial(count_publishers, self.node)
         topics = {camera: image_topic(camera, self._prefix, exists) for camera in cameras}
-        rate_hz = None
-        if self.imu_s:
-            rate_hz = (len(self.imu_s) - 1) / (max(self.imu_s) - min(self.imu_s))
         return Rig(
             tuple(
                 RigCamera(
@@ -133,7 +131,7 @@ class _Observer:
                 )
                 for camera in cameras
             ),
-            rate_hz,
+            rate_hz(self.imu_ns),
         )
 
     def _take_config(self, message: String) -> None:
@@ -147,7 +145,7 @@ class _Observer:
         return lambda message: self.infos.update({camera: message})
 
     def _take_imu(self, message: Imu) -> None:
-        self.imu_s.add(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9)
+        self.imu_ns.add(header_stamp_ns(message.header))
 
     def _take_static(self, message: TFMessage) -> None:
         try:

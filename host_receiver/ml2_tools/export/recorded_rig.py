@@ -17,7 +17,7 @@ from ..geometry.pose import Pose
 from ..geometry.transform_tree import Tree
 from ..images.image_topic import image_topic
 from .kalibr import CAMERAS, RigCamera
-from .rig import Rig, calibration_of
+from .rig import Rig, calibration_of, rate_hz
 
 _IMU, _INFO = "sensor_msgs/msg/Imu", "sensor_msgs/msg/CameraInfo"
 _TF, _TF_STATIC, _TRANSFORMS = "/tf", "/tf_static", "tf2_msgs/msg/TFMessage"
@@ -63,7 +63,7 @@ def read_rig(reader: BagReader, cameras: Sequence[str], imu: str | None) -> Rig:
         RigCamera(topics[it].full_name(reader.prefix), calibration_of(found.infos[it]), poses[it])
         for it in cameras
     )
-    return Rig(tuple(rig_cameras), _rate_hz(found.imu_ns))
+    return Rig(tuple(rig_cameras), rate_hz(found.imu_ns))
 
 
 def _read(reader: BagReader, cameras: Sequence[str], imu: str | None) -> _Found:
@@ -115,9 +115,3 @@ def _poses(found: _Found, cameras: Sequence[str]) -> dict[str, Pose]:
     if not whole:
         raise ExportError(f"no stamp has transforms of all of {', '.join(sorted(frames))}")
     return instants[max(whole)]
-
-
-def _rate_hz(stamps_ns: set[int]) -> float | None:
-    if len(stamps_ns) < 2:
-        return None
-    return (len(stamps_ns) - 1) / ((max(stamps_ns) - min(stamps_ns)) / 1e9)
