@@ -96,9 +96,11 @@ class FakeGraph:
         return name
 
     def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
-        if wanted.kind == "subscription":
-            self.queues[wanted.id] = downlink.queue(wanted, name)
-        return Opened(wanted.id, "opened", name=name, lane="bulk_1" if wanted.bulk else "ros")
+        if wanted.kind != "subscription":
+            return Opened(wanted.id, "opened", name=name, lane="ros")
+        queue = downlink.queue(wanted, name, is_bulk=bool(wanted.bulk))
+        self.queues[wanted.id] = queue
+        return Opened(wanted.id, "opened", name=name, lane=queue.lane.name)
 
     def close(self, id: int) -> None:
         self.closed.append(id)

@@ -303,9 +303,9 @@ class MockDevice:
                 return frame.body
         raise AssertionError(f"expected {kind.name}, found the end")
 
-    def message(self) -> tuple[Header, bytes]:
-        """The next MESSAGE on the lane `ros`."""
-        frame = self.wires["ros"].receive()
+    def message(self, lane: str = "ros") -> tuple[Header, bytes]:
+        """The next MESSAGE on a lane."""
+        frame = self.wires[lane].receive()
         assert frame is not None
         assert frame.header.kind == Kind.MESSAGE, frame
         return frame.header, bytes(frame.body)

@@ -1,6 +1,7 @@
 """What an app may open, and what comes of its frames; tests/conformance has the malformed ones."""
 
 import random
+import threading
 import time
 from collections import Counter
 from typing import Any
@@ -11,11 +12,11 @@ from fake_sink import FakeGraph
 from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.session.books import Book, Books
-from ml2_receiver.session.downlink import Downlink, SubscriptionQueue
+from ml2_receiver.session.downlink import Downlink, Pieces, SubscriptionQueue
 from ml2_receiver.session.openings import LANE_KINDS, Openings
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, FrameParser, Header
 from ml2_receiver.wire.json_body import JsonBody
-from ml2_receiver.wire.kinds import ROS, Kind, Side
+from ml2_receiver.wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Side
 from ml2_receiver.wire.opening_bodies import Close, Closed, Failure, Open, Opened
 
 ANY = NameRules(("/**",))
@@ -214,35 +215,38 @@ def any_frame(chance: random.Random, number: int) -> Frame:
 class Lane:
     """A lane on which frames are written in the test's own thread, until it is broken."""
 
-    def __init__(self, downlink: Downlink) -> None:
+    def __init__(self, downlink: Downlink, name: str = "ros") -> None:
         self._downlink = downlink
+        (self._lane,) = (it for it in ROS_LANES if it.name == name)
         self.numbers: list[tuple[int, int]] = []
         self.is_broken = False
 
-    def send_all(self, data: bytes) -> None:
+    def send_all(self, pieces: Pieces) -> None:
         if self.is_broken:
             raise ConnectionResetError
-        (parsed,) = FrameParser(Side.RECEIVER, ROS, has_openings=True).feed(memoryview(data))
+        data = memoryview(b"".join(pieces))
+        (parsed,) = FrameParser(Side.RECEIVER, self._lane, has_openings=True).feed(data)
         self.numbers.append((parsed.header.channel, parsed.header.sequence))
 
     def write(self, count: int) -> list[tuple[int, int]]:
         """Writes so many messages; returns their openings and numbers."""
         first = len(self.numbers)
 
-        def send_all(data: bytes) -> None:
-            self.send_all(data)
+        def send_all(pieces: Pieces) -> None:
+            self.send_all(pieces)
             if len(self.numbers) == first + count:
                 self._downlink.stop()
 
         self._downlink.is_over = False
-        self._downlink.write(send_all)
+        self._downlink.write(self._lane, send_all)
         return self.numbers[first:]
 
 
 def queue_of(
     downlink: Downlink, id: int = 1, name: str = "/scan", **more: Any
 ) -> SubscriptionQueue:
-    return downlink.queue(Open(id, "subscription", name, "T", **more), name)
+    wanted = Open(id, "subscription", name, "T", **more)
+    return downlink.queue(wanted, name, is_bulk=bool(wanted.bulk))
 
 
 def put(queue: SubscriptionQueue, count: int, length: int = 8) -> None:
@@ -297,6 +301,39 @@ def test_queues_together_hold_16_mib(downlink: Downlink) -> None:
     waiting = sum(it.book.waiting for it in queues)
     assert waiting * ROS.max_payload_bytes == 16 << 20
     assert sum(it.book.dropped["queue_full"] for it in queues) == 6400 - waiting
+
+
+def test_two_large_messages_of_an_opening_are_sent_before_the_app_takes_one(
+    downlink: Downlink,
+) -> None:
+    first, _, _, _, fifth = (
+        queue_of(downlink, id, f"/{id}", keep="all", bulk=True) for id in range(1, 6)
+    )
+    assert first.lane == fifth.lane == BULK_LANES[0]
+    lane = Lane(downlink, "bulk_1")
+    put(first, 4, 70_000)
+    assert lane.write(2) == [(1, 0), (1, 1)]
+    put(fifth, 1, 70_000)
+    assert lane.write(1) == [(5, 0)]
+    downlink.taken(1, 1)
+    assert lane.write(2) == [(1, 2), (1, 3)]
+    assert balance(first.book) == {"sent": 4}
+
+
+def test_an_app_that_takes_nothing_holds_128_mib(downlink: Downlink) -> None:
+    most = BULK_LANES[0].max_payload_bytes - len(PAYLOAD)
+    lanes = [Lane(downlink, it.name) for it in BULK_LANES]
+    for id in range(1, 6):
+        queue = queue_of(downlink, id, f"/{id}", keep="all", bulk=True)
+        for _ in range(2 * (id < 5)):
+            put(queue, 1, most)
+            lanes[(id - 1) % 4].write(1)
+    put(queue, 1)
+    writing = threading.Thread(target=lanes[0].write, args=[1])
+    writing.start()
+    downlink.taken(2, 1)
+    writing.join()
+    assert lanes[0].numbers == [(1, 0), (1, 1), (5, 0)]
 
 
 def test_messages_beyond_max_hz_have_no_number(

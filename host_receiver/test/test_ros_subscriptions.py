@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import functools
+import random
 import resource
 import sys
 import threading
@@ -41,7 +42,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
-from std_msgs.msg import String
+from std_msgs.msg import String, UInt8MultiArray
 from test_msgs import msg as test_msgs  # type: ignore[import-untyped]
 from test_msgs.message_fixtures import get_test_msg  # type: ignore[import-untyped]
 
@@ -56,7 +57,7 @@ from ml2_receiver.wire.messages import Error
 from ml2_receiver.wire.opening_bodies import Close, Closed, Open, SubscriptionStatus
 
 CONFIG = only("battery: {enabled: true}, app: {subscribe: ['/**']}")
-STRING = "std_msgs/msg/String"
+STRING, BYTES = "std_msgs/msg/String", "std_msgs/msg/UInt8MultiArray"
 EMPTY = "structure_needs_at_least_one_member"
 STRING_HASH = HASHES[STRING]
 VOLATILE = DurabilityPolicy.VOLATILE
@@ -82,7 +83,7 @@ CYCLONE = """
 LARGE_PUBLISHER = """
 import os, sys, time, rclpy
 from rclpy.qos import QoSProfile
-from std_msgs.msg import String
+from std_msgs.msg import String, UInt8MultiArray
 from ml2_receiver.ros.fastdds import apply_default_profile
 apply_default_profile(os.environ)
 rclpy.init()
@@ -198,6 +199,27 @@ def test_a_message_arrives_as_it_was_published(app: MockDevice, node: Node) -> N
     assert payload.startswith(string("hello"))
     assert (header.channel, header.sequence) == (7, 0)
     assert header.capture_ns <= header.send_ns
+
+
+def test_large_messages_arrive_on_a_lane_of_their_own_while_the_app_takes_them(
+    app: MockDevice, node: Node
+) -> None:
+    wanted = subscription(1, "/map", BYTES, keep="all")
+    assert app.open(wanted).lane == "bulk_1"
+    assert app.open(subscription(2, "/said")).lane == "ros"
+    assert app.open(subscription(3, "/said", bulk=True)).lane == "bulk_2"
+    lane = app.join("bulk_1")
+    publisher = node.create_publisher(UInt8MultiArray, "/map", RELIABLE)
+    await_subscriber(publisher)
+    most = (16 << 20) - len(serialize_message(UInt8MultiArray()))
+    sizes = [1, 1_000_000, most, 5]
+    for number, size in enumerate(sizes):
+        sent = UInt8MultiArray(data=random.Random(number).randbytes(size))
+        publisher.publish(sent)
+        header, payload = app.message("bulk_1")
+        assert (header.channel, header.sequence) == (1, number)
+        assert deserialize_message(payload, UInt8MultiArray) == sent
+        lane.send(Kind.TAKEN, channel=1, sequence=number)
 
 
 def test_a_queue_of_images_does_not_hold_back_small_messages(node: Node) -> None:
@@ -325,7 +347,6 @@ def test_latched_messages_come_again_in_each_session_and_nothing_twice(
         (subscription(1, "/said", "std_msgs/msg/" + "n" * 240), "type", ["nnn"]),
         (subscription(1, "/said", layout="\0" * 600), "layout", [" s"]),
         (subscription(1, "/said", hash="\0" * 600), "layout", [STRING_HASH]),
-        (subscription(1, "/said", bulk=True), None, ["large"]),
         (subscription(1, "/rosout", "rcl_interfaces/msg/Log"), "rules", ["/rosout"]),
         (Open(1, "client", "/said", "std_srvs/srv/Trigger"), "rules", ["app.call"]),
         (Open(1, "transform", frame="a", reference="b"), None, ["transform"]),
@@ -467,7 +488,8 @@ def test_all_of_test_msgs_arrive_as_rosbags_reads_them(app: MockDevice, node: No
             publisher.publish(each)
         sent[id] = f"test_msgs/msg/{type}", messages
     for id, (type, _messages) in sent.items():
-        wanted = subscription(id, f"/of_{type.rpartition('/')[2]}", type, keep="all", depth=100)
+        name = f"/of_{type.rpartition('/')[2]}"
+        wanted = subscription(id, name, type, keep="all", depth=100, bulk=False)
         assert app.open(wanted).result == "opened"
     fitting = {
         id: [it for it in messages if len(serialize_message(it)) <= 1 << 16]

@@ -121,8 +121,6 @@ class RosGraph:
     def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
         if wanted.kind != "subscription":
             return refused(wanted, f"this receiver opens no {wanted.kind} yet")
-        if wanted.bulk:
-            return refused(wanted, "this receiver has no lanes for large messages yet")
         type = wanted.type or ""
         try:
             own = described(type)
@@ -135,15 +133,22 @@ class RosGraph:
             return refused(wanted, str(error), "layout")
         if (other := _other_type(own, publishers)) is not None:
             return refused(wanted, f"{name}: {other}", "type")
-        queue = downlink.queue(wanted, name)
+        is_bulk = own.is_large if wanted.bulk is None else wanted.bulk
+        queue = downlink.queue(wanted, name, is_bulk=is_bulk)
         heard = Heard()
         heard.publishers = _identities(publishers)
         subscription = _Subscription(queue, own, _qos(publishers, queue.depth), heard)
         with self._lock:
             self._open[wanted.id] = subscription
             self._running().add(subscription)
-        latched = _is_latched(subscription.qos)
-        return Opened(wanted.id, "opened", name=name, lane="ros", latched=latched, checked=checked)
+        return Opened(
+            wanted.id,
+            "opened",
+            name=name,
+            lane=queue.lane.name,
+            latched=_is_latched(subscription.qos),
+            checked=checked,
+        )
 
     def close(self, id: int) -> None:
         with self._lock:

@@ -53,6 +53,11 @@ class Described:
     hash: str
     layout: str
 
+    @property
+    def is_large(self) -> bool:
+        """True if a message may be long: it has a sequence of bytes or of messages."""
+        return _has_large(_parts(self.layout))
+
     def compare(self, hash: str | None, layout: str | None) -> Literal["hash", "layout", "no"]:
         """Returns by what the app's type was found to be this one.
 
@@ -173,6 +178,17 @@ def _until_end(text: str) -> tuple[list[_Part], str]:
         else:
             parts.append(part)
     return parts, text
+
+
+def _has_large(parts: list[_Part]) -> bool:
+    for part in parts:
+        if isinstance(part, tuple):
+            inner, count = part
+            if count is None and (len(inner) > 1 or inner == ["1"]):
+                return True
+            if _has_large(inner):
+                return True
+    return False
 
 
 class _Swapped:

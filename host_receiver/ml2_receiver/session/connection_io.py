@@ -8,13 +8,13 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from math import inf
 
-from ..transport.transport import Transport
+from ..transport.transport import CS1, CS6, Transport
 from ..wire.frame import Frame, FrameParser, encode_frame
 from ..wire.json_body import JsonBody
-from ..wire.kinds import ROS, Kind, Side
+from ..wire.kinds import BULK_LANES, ROS_LANES, Kind, Side
 from .actions import Ending
 from .connection import Connection
-from .downlink import Downlink
+from .downlink import Pieces
 from .openings import Openings
 
 _SMALL_FRAMES_BYTES = 64 * 1024
@@ -78,23 +78,27 @@ class ConnectionIO:
             has_openings = self.connection.openings is not None
             self.parser.enter(self.connection.lane, has_openings=has_openings)
             if self.connection.lane.is_urgent:
-                self.transport.mark_urgent()
+                self.transport.mark(CS6)
+            elif self.connection.lane in BULK_LANES:
+                self.transport.mark(CS1)
         body_bytes = body.to_bytes() if body else b""
         self._write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
         openings = self.connection.openings
-        if kind is Kind.JOINED and self.connection.lane is ROS and openings is not None:
-            arguments = [openings.downlink]
+        lane = self.connection.lane
+        if lane in ROS_LANES and openings is not None:
+            assert lane is not None
             self._writer = threading.Thread(
-                target=self._write_messages, args=arguments, name="ros-writer", daemon=True
+                target=openings.downlink.write,
+                args=[lane, self._send_all],
+                name=f"{lane.name}-writer",
+                daemon=True,
             )
             self._writer.start()
 
-    def _write_messages(self, downlink: Downlink) -> None:
-        def send_all(data: bytes) -> None:
-            with self._writing:
-                self.transport.send_all(data)
-
-        downlink.write(send_all)
+    def _send_all(self, pieces: Pieces) -> None:
+        with self._writing:
+            for piece in pieces:
+                self.transport.send_all(piece)
 
     def answer_time(self, request: Frame, received_ns: int) -> None:
         """Sends the TIME_REPLY to a TIME_REQUEST that was received at this ROS time.

@@ -1,24 +1,46 @@
 """Messages of ROS on their way to the headset: queues, and what writes them."""
 
+import mmap
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from ..wire.frame import encode_frame
-from ..wire.kinds import ROS, Kind
+from ..wire.frame import encode_header
+from ..wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Lane
 from ..wire.opening_bodies import DEFAULT_DEPTH, Open, SubscriptionStatus
 from .books import Books, SubscriptionReport
 
-# What waits in all queues of a session together, in bytes.
-_MOST_WAITING_BYTES = 16 << 20
+type Payload = bytes | mmap.mmap
+type Pieces = Iterable[bytes | memoryview]
+
+# What waits in all queues of a session together, in bytes: on `ros`, and on the lanes `bulk_N`.
+_MOST_WAITING_BYTES = {True: 16 << 20, False: 64 << 20}
+# What the app has not taken, of an opening and of a session.
+_MOST_UNTAKEN, _MOST_UNTAKEN_BYTES = 2, 128 << 20
+_SLICE_BYTES = 16 << 10
 
 
 class _Message(NamedTuple):
     source_ns: int
-    payload: bytes
+    payload: Payload
     number: int = 0
+
+    def pieces(self, id: int) -> Iterator[bytes | memoryview]:
+        """Yields its frame; of a large message only the beginning is copied."""
+        length, view = len(self.payload), memoryview(self.payload)
+        header = encode_header(
+            Kind.MESSAGE,
+            length,
+            channel=id,
+            sequence=self.number,
+            capture_ns=self.source_ns,
+            send_ns=time.time_ns(),
+        )
+        yield header + view[:_SLICE_BYTES]
+        for begin in range(_SLICE_BYTES, length, _SLICE_BYTES):
+            yield view[begin : begin + _SLICE_BYTES]
 
 
 class SubscriptionQueue:
@@ -26,12 +48,13 @@ class SubscriptionQueue:
 
     Attributes:
         name, type: those of the topic.
+        lane: where its messages go.
         book: what became of its messages, together with those of an equal opening.
         ending: why the graph has ended it, and the code of CLOSED; None before.
     """
 
-    def __init__(self, downlink: "Downlink", wanted: Open, name: str) -> None:
-        self.id, self.name, self.type = wanted.id, name, wanted.type or ""
+    def __init__(self, downlink: "Downlink", wanted: Open, name: str, lane: Lane) -> None:
+        self.id, self.name, self.type, self.lane = wanted.id, name, wanted.type or "", lane
         self.is_latest = wanted.keep != "all"
         self.depth = 1 if self.is_latest else (wanted.depth or DEFAULT_DEPTH)
         self.ending: tuple[str, str] | None = None
@@ -42,7 +65,7 @@ class SubscriptionQueue:
         self._downlink = downlink
         self.book = downlink.books.open(name, self.type, wanted.received or 0)
 
-    def put(self, payload: bytes, source_ns: int) -> None:
+    def put(self, payload: Payload, source_ns: int) -> None:
         """Takes a message that begins with CDR_ENCAPSULATION, published at this ROS time.
 
         Returns at once.
@@ -63,61 +86,93 @@ class SubscriptionQueue:
             self.book.missed += count
 
 
-class Downlink:
-    """The queues of one session, and the writer of its lane `ros`. Thread-safe.
+class _Turns(deque[SubscriptionQueue]):
+    """The queues of one lane that have messages; `changed` is told of new ones."""
 
-    A message takes the place of its opening's oldest one where the queue is full. The openings take
-    turns.
+    def __init__(self, lock: threading.Lock) -> None:
+        super().__init__()
+        self.changed = threading.Condition(lock)
+
+
+class Downlink:
+    """The queues of one session, and the writers of `ros` and `bulk_1` to `bulk_4`. Thread-safe.
+
+    A message takes the place of its opening's oldest one where the queue is full. The openings of a
+    lane take turns.
 
     Attributes:
         books: those of the instance.
+        sending: is called with the opening and the number of each message on `bulk_N`, before it is
+            sent.
         is_over: True after stop().
     """
 
     def __init__(self, books: Books) -> None:
         self.books = books
-        self._changed = threading.Condition(books.lock)
+        self.sending: Callable[[int, int], None] = lambda *_: None
+        self._lock = books.lock
         self._queues: dict[int, SubscriptionQueue] = {}
         self._last: list[SubscriptionQueue] = []  # those that were open when the session ended
-        self._turns: deque[SubscriptionQueue] = deque()  # those with messages
-        self._waiting_bytes = 0
+        self._turns = {lane.name: _Turns(self._lock) for lane in ROS_LANES}
+        self._waiting_bytes = {True: 0, False: 0}
+        # Numbers and lengths of what the app has not taken, also of openings that have ended
+        self._untaken: dict[int, deque[tuple[int, int]]] = {}
         self.is_over = False
 
-    def queue(self, wanted: Open, name: str) -> SubscriptionQueue:
+    def queue(self, wanted: Open, name: str, *, is_bulk: bool = False) -> SubscriptionQueue:
         """Returns where to put the messages of a subscription, until close()."""
-        queue = SubscriptionQueue(self, wanted, name)
-        with self._changed:
+        with self._lock:
+            used = [it.lane for it in self._queues.values()]
+        lane = min(BULK_LANES, key=used.count) if is_bulk else ROS
+        queue = SubscriptionQueue(self, wanted, name, lane)
+        with self._lock:
             self._queues[queue.id] = queue
         return queue
 
     def put(self, queue: SubscriptionQueue, message: _Message) -> None:
         """Numbers a message, and queues it or counts why not."""
-        with self._changed:
+        with self._lock:
             if not queue.is_open:
                 return
-            book, waiting = queue.book, queue.waiting
+            book, waiting, lane = queue.book, queue.waiting, queue.lane
             number, length = book.number(), len(message.payload)
-            if length > ROS.max_payload_bytes:
+            if length > lane.max_payload_bytes:
                 book.dropped["too_large"] += 1
                 return
             if len(waiting) == queue.depth:
                 self._drop_oldest(queue, "superseded" if queue.is_latest else "queue_full")
-            if self._waiting_bytes + length > _MOST_WAITING_BYTES:
+            together = self._waiting_bytes[lane.is_urgent] + length
+            if together > _MOST_WAITING_BYTES[lane.is_urgent]:
                 book.dropped["queue_full"] += 1
             else:
-                self._waiting_bytes += length
+                self._waiting_bytes[lane.is_urgent] = together
                 waiting.append(message._replace(number=number))
-            if waiting and queue not in self._turns:
-                self._turns.append(queue)
-                self._changed.notify()
+            turns = self._turns[lane.name]
+            if waiting and queue not in turns:
+                turns.append(queue)
+                turns.changed.notify()
+
+    def _pop(self, queue: SubscriptionQueue) -> _Message:
+        message = queue.waiting.popleft()
+        self._waiting_bytes[queue.lane.is_urgent] -= len(message.payload)
+        return message
 
     def _drop_oldest(self, queue: SubscriptionQueue, reason: str) -> None:
-        self._waiting_bytes -= len(queue.waiting.popleft().payload)
+        self._pop(queue)
         queue.book.dropped[reason] += 1
+
+    def taken(self, id: int, number: int) -> None:
+        """Takes which message of an opening on `bulk_N` the app has taken last."""
+        with self._lock:
+            untaken = self._untaken.get(id, deque())
+            while untaken and (number - untaken[0][0]) % (1 << 32) < 1 << 31:
+                untaken.popleft()
+            for lane in BULK_LANES:  # the bound of all openings may have held any of them
+                self._turns[lane.name].changed.notify()
 
     def close(self, id: int, reason: str) -> None:
         """Ends an opening, if it is a subscription; what waits is dropped for this reason."""
-        with self._changed:
+        with self._lock:
             queue = self._queues.pop(id, None)
             if queue is None:
                 return
@@ -130,7 +185,7 @@ class Downlink:
 
     def reports(self, counted: Mapping[str, SubscriptionStatus]) -> list[SubscriptionReport]:
         """Returns the subscriptions that are open, or were when the session ended."""
-        with self._changed:
+        with self._lock:
             return [
                 SubscriptionReport(it.id, it.name, it.type, it.book.copy(), counted.get(str(it.id)))
                 for it in (*self._queues.values(), *self._last)
@@ -138,49 +193,60 @@ class Downlink:
 
     def endings(self) -> list[tuple[int, tuple[str, str]]]:
         """Returns the openings that the graph has ended, with the reasons and codes of CLOSED."""
-        with self._changed:
+        with self._lock:
             queues = self._queues.values()
             return [(it.id, it.ending) for it in queues if it.ending is not None]
 
     def stop(self) -> None:
-        """Ends write()."""
-        with self._changed:
+        """Ends write() of all lanes."""
+        with self._lock:
             self.is_over = True
-            self._changed.notify_all()
+            for turns in self._turns.values():
+                turns.changed.notify_all()
 
-    def write(self, send_all: Callable[[bytes], None]) -> None:
-        """Sends what is put, until stop() or until the connection is broken."""
-        while (taken := self._take()) is not None:
+    def write(self, lane: Lane, send_all: Callable[[Pieces], None]) -> None:
+        """Sends what is put for a lane, until stop() or until the connection is broken.
+
+        Args:
+            send_all: sends a frame, given in pieces.
+        """
+        while (taken := self._take(lane)) is not None:
             queue, message = taken
-            frame = encode_frame(
-                Kind.MESSAGE,
-                message.payload,
-                channel=queue.id,
-                sequence=message.number,
-                capture_ns=message.source_ns,
-                send_ns=time.time_ns(),
-            )
+            if lane is not ROS:
+                self.sending(queue.id, message.number)
             try:
-                send_all(frame)
+                send_all(message.pieces(queue.id))
             except OSError:  # which the reader of the lane notices
-                with self._changed:
+                with self._lock:
                     queue.book.dropped["link_down"] += 1
                 return
-            with self._changed:
+            with self._lock:
                 queue.book.wrote(message.number)
 
-    def _take(self) -> tuple[SubscriptionQueue, _Message] | None:
-        with self._changed:
+    def _take(self, lane: Lane) -> tuple[SubscriptionQueue, _Message] | None:
+        turns = self._turns[lane.name]
+        with self._lock:
             while not self.is_over:
-                if not self._turns:
-                    self._changed.wait()
-                    continue
-                queue = self._turns.popleft()
-                if not queue.waiting:
-                    continue
-                message = queue.waiting.popleft()
-                self._waiting_bytes -= len(message.payload)
-                if queue.waiting:
-                    self._turns.append(queue)
-                return queue, message
+                for queue in list(turns):
+                    turns.popleft()
+                    if not queue.waiting:
+                        continue
+                    message = queue.waiting[0]
+                    if lane is ROS or self._has_credit(queue.id, message):
+                        self._pop(queue)
+                        if queue.waiting:
+                            turns.append(queue)
+                        return queue, message
+                    turns.append(queue)
+                turns.changed.wait()
             return None
+
+    def _has_credit(self, id: int, message: _Message) -> bool:
+        """Takes note of the message if it may be sent now."""
+        length = len(message.payload)
+        untaken = self._untaken.setdefault(id, deque())
+        together = sum(it for numbers in self._untaken.values() for _, it in numbers) + length
+        if len(untaken) == _MOST_UNTAKEN or together > _MOST_UNTAKEN_BYTES:
+            return False
+        untaken.append((message.number, length))
+        return True

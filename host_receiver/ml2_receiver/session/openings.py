@@ -60,6 +60,7 @@ class Openings:
     def __init__(self, rules: Callable[[], AppRules], graph: Graph, downlink: Downlink) -> None:
         self.late = 0
         self.downlink = downlink
+        downlink.sending = self.sent
         self._rules, self._graph = rules, graph
         self._held_to = rules()
         self._lock = threading.Lock()
@@ -169,9 +170,10 @@ class Openings:
             self._close(id, "link_down")
 
     def sent(self, id: int, number: int) -> None:
-        """Takes note of a MESSAGE that is sent."""
+        """Takes note of a MESSAGE that is about to be sent."""
         with self._lock:
-            self._live[id].sent = number
+            if (opening := self._live.get(id)) is not None:
+                opening.sent = number
 
     def asked(self, id: int, number: int) -> None:
         """Takes note of a REQUEST that is sent to the app."""
@@ -195,6 +197,8 @@ class Openings:
         kind, id, number = KIND_BY_NUMBER[header.kind], header.channel, header.sequence
         with self._lock:
             opening = self._find(id, kind.name)
+            if opening is None and kind is Kind.TAKEN:
+                self.downlink.taken(id, number)
             if opening is None:
                 return None
             if opening.lane != lane or kind not in _KINDS[opening.kind]:
@@ -204,6 +208,7 @@ class Openings:
             match kind:
                 case Kind.TAKEN:
                     _take(opening, number)
+                    self.downlink.taken(id, number)
                 case Kind.REQUEST:
                     if self._is_too_much(opening, frame):
                         return Failure("busy", "too many requests are under way")

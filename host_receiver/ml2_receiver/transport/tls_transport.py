@@ -10,7 +10,7 @@ from ..errors import ErrorCode, ProtocolError
 from ..security.contexts import ALPN
 from ..security.identity import fingerprint
 from ..wire.frame import MAGIC
-from .transport import mark_urgent
+from .transport import mark
 
 _MAGIC_BYTE = bytes([MAGIC & 0xFF])
 _SCRATCH_BYTES = 64 * 1024
@@ -62,8 +62,8 @@ class TlsTransport:
     def _first_byte(self) -> bytes:
         return _peek(self._tls, 1, socket.MSG_PEEK)
 
-    def mark_urgent(self) -> None:
-        mark_urgent(self._tls)
+    def mark(self, traffic_class: int) -> None:
+        mark(self._tls, traffic_class)
 
     def set_timeout(self, seconds: float) -> None:
         self._timeout_ms = seconds * 1000
@@ -97,11 +97,11 @@ class TlsTransport:
             return _send_raw(self._tls, data, socket.MSG_DONTWAIT) == len(data)
         return not self._is_open or not self._write(data)
 
-    def send_all(self, data: bytes) -> None:
+    def send_all(self, data: bytes | memoryview) -> None:
         while data := self._write(data):
             self._wait(self._writable)
 
-    def _write(self, data: bytes) -> bytes:
+    def _write(self, data: bytes | memoryview) -> bytes | memoryview:
         """Writes `data` and returns the rest that the send buffer has no room for."""
         with self._lock, suppress(ssl.SSLWantWriteError):
             while data:

@@ -5,8 +5,9 @@ from contextlib import suppress
 from typing import Protocol
 
 _SCRATCH_BYTES = 64 * 1024
-# DSCP 48 in the upper six bits, RFC 2474: as the headset marks the same connections.
-_CS6 = 48 << 2
+# DSCP 48 and 8 in the upper six bits, RFC 2474: what is urgent, as the headset marks the same
+# connections, and what gives way to all other data.
+CS6, CS1 = 48 << 2, 8 << 2
 
 
 class Transport(Protocol):
@@ -26,8 +27,8 @@ class Transport(Protocol):
             ProtocolError: `pairing`; the handshake failed.
         """
 
-    def mark_urgent(self) -> None:
-        """Marks what is sent from now on DSCP CS6, so that Wi-Fi sends it before other data."""
+    def mark(self, traffic_class: int) -> None:
+        """Marks what is sent from now on CS6 or CS1: Wi-Fi sends it before or after other data."""
 
     def set_timeout(self, seconds: float) -> None:
         """Sets how long receive() and send_all() may wait; call it after handshake().
@@ -44,7 +45,7 @@ class Transport(Protocol):
     def send(self, data: bytes) -> bool:
         """Sends without waiting; if it returns False, not all was sent: abort the connection."""
 
-    def send_all(self, data: bytes) -> None:
+    def send_all(self, data: bytes | memoryview) -> None:
         """Sends all of `data`, and waits for room in the send buffer."""
 
     def end_output(self) -> None:
@@ -63,12 +64,12 @@ class Transport(Protocol):
         """Closes the socket."""
 
 
-def mark_urgent(connected: socket.socket) -> None:
-    """Marks what the socket sends, as Transport.mark_urgent()."""
+def mark(connected: socket.socket, traffic_class: int) -> None:
+    """Marks what the socket sends, as Transport.mark()."""
     with suppress(OSError):  # the peer may have disconnected, which the reader thread will notice
         if connected.family == socket.AF_INET6:
-            connected.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_TCLASS, _CS6)
-        connected.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, _CS6)
+            connected.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_TCLASS, traffic_class)
+        connected.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, traffic_class)
 
 
 class PlainTransport:
@@ -80,8 +81,8 @@ class PlainTransport:
     def handshake(self) -> None:
         """Does nothing: any peer is accepted."""
 
-    def mark_urgent(self) -> None:
-        mark_urgent(self._socket)
+    def mark(self, traffic_class: int) -> None:
+        mark(self._socket, traffic_class)
 
     def set_timeout(self, seconds: float) -> None:
         self._socket.settimeout(seconds)
@@ -98,7 +99,7 @@ class PlainTransport:
         except BlockingIOError:
             return False
 
-    def send_all(self, data: bytes) -> None:
+    def send_all(self, data: bytes | memoryview) -> None:
         self._socket.sendall(data)
 
     def end_output(self) -> None:

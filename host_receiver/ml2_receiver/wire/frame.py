@@ -56,10 +56,22 @@ def encode_frame(
     Raises:
         ValueError: the body is longer than the kind allows.
     """
-    if len(body) > kind.max_length:
-        raise ValueError(f"{kind.name} takes {kind.max_length} B, got {len(body)}")
-    fields = (MAGIC, VERSION, kind, 0, channel, sequence, len(body), capture_ns, send_ns)
-    return _LAYOUT.pack(*fields) + body
+    fields = {"channel": channel, "sequence": sequence, "capture_ns": capture_ns}
+    return encode_header(kind, len(body), **fields, send_ns=send_ns) + body
+
+
+def encode_header(
+    kind: Kind, length: int, *, channel: int, sequence: int, capture_ns: int, send_ns: int
+) -> bytes:
+    """Returns the header of a frame whose body has this length.
+
+    Raises:
+        ValueError: the kind does not allow it.
+    """
+    if length > kind.max_length:
+        raise ValueError(f"{kind.name} takes {kind.max_length} B, got {length}")
+    fields = (MAGIC, VERSION, kind, 0, channel, sequence, length, capture_ns, send_ns)
+    return _LAYOUT.pack(*fields)
 
 
 class FrameParser:

@@ -59,10 +59,8 @@ TIME = Lane("time", LaneKind.TIME)
 LINK_TEST = Lane("link_test", LaneKind.LINK_TEST, is_urgent=False)
 PAIRING = Lane("pairing", LaneKind.PAIRING)
 ROS = Lane("ros", LaneKind.ROS, max_payload_bytes=64 * _KIB)
-ROS_LANES = (
-    ROS,
-    *(Lane(f"bulk_{n}", LaneKind.ROS_BULK, False, 16 * _MIB) for n in range(1, 5)),
-)
+BULK_LANES = tuple(Lane(f"bulk_{n}", LaneKind.ROS_BULK, False, 16 * _MIB) for n in range(1, 5))
+ROS_LANES = (ROS, *BULK_LANES)
 
 
 class Body(Enum):

@@ -7,8 +7,10 @@ from typing import Literal, NamedTuple
 
 from ..errors import ErrorCode, ProtocolError
 from .json_body import JsonBody, check_text
+from .kinds import ROS_LANES
 
 OPENING_KINDS = ("subscription", "client", "service", "transform")
+_LANES = [it.name for it in ROS_LANES]
 _NAME_CHARACTERS = 255
 DEFAULT_DEPTH, _DEEPEST_QUEUE = 10, 100
 _POSE = struct.Struct("<7dq")
@@ -52,7 +54,7 @@ class Opened(JsonBody):
     id: int
     result: Literal["opened", "refused"]
     name: str | None = None
-    lane: Literal["ros", "bulk_1", "bulk_2", "bulk_3", "bulk_4"] | None = None
+    lane: str | None = None
     latched: bool | None = None
     reason: str | None = None
     code: str | None = None
@@ -63,6 +65,8 @@ class Opened(JsonBody):
         needed = "lane" if self.result == "opened" else "reason"
         if getattr(self, needed) is None:
             raise ValueError(f"{needed}: missing although {self.result}")
+        if self.lane is not None and self.lane not in _LANES:
+            raise ValueError(f"lane: expected one of {_LANES}, found {self.lane!r}")
         if self.name is not None:
             check_text("name", self.name, _NAME_CHARACTERS)
 
