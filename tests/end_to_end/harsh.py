@@ -2,7 +2,8 @@
 
 Usage: harsh.py DURATION SEED. The seed determines the faults of the device and of the link. With an
 even seed, every stream that supports OpenXR uses that backend; with an odd one, all streams use
-their defaults. The device has faults of both interfaces.
+their defaults. The device has faults of both interfaces. The run lasts for DURATION, and longer
+until every stream is back, for as long as a test may take.
 
 Writes build/reports/harsh.json, and exits with 1 if a stream delivers nothing at the end, a message
 is missing that was not counted, or something grows:
@@ -35,13 +36,14 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from load_run import Loaded, Usage, growth, load_run
+from load_run import Usage, age_s, growth, load_run
 from processes import ROOT
 from proxy import Proxy
 from simulation import STILL, raw_config
+from waiting import LIMIT_S
 
 RESULTS = ROOT / "build" / "reports" / "harsh.json"
-# The time without faults at the end, as in the simulated headset: 40 %, at most 75 s.
+# The time without faults at the end: 40 %, at most 75 s.
 _QUIET_SHARE, _LONGEST_QUIET_S = 0.4, 75.0
 _LAST_SHARE, _LONGEST_LAST_S = 0.25, 60.0
 _PAUSE_S = (3.0, 12.0)
@@ -107,15 +109,18 @@ def harsh_run(
     last_s = min(_LONGEST_LAST_S, _LAST_SHARE * duration_s)
     links: list[BadLink] = []
     snapshots: list[tuple[float, Counter[str]]] = []
+    alive: list[str] = []
 
     def link(address: str) -> BadLink:
         links.append(BadLink(address, seed, duration_s - quiet_s))
         return links[-1]
 
-    def take_snapshot(snapshot: dict[str, Any]) -> None:
+    def has_recovered(snapshot: dict[str, Any]) -> bool:
         if any(seen["count"] for seen in snapshot["topics"].values()):
             links[0].begin()
         snapshots.append((time.time(), _lost_without_slot(snapshot)))
+        alive[:] = _alive(snapshot, last_s)
+        return age_s(snapshot) >= duration_s and alive == sorted(snapshot["streams"])
 
     is_long = duration_s >= _HEAP_FILLS_S
     has_openxr = seed % 2 == 0
@@ -125,20 +130,24 @@ def harsh_run(
     (loaded,) = load_run(
         config,
         folder,
-        duration_s,
-        headset_options=(*STILL, "--simulate", f"harsh={seed}"),
+        duration_s + LIMIT_S,
+        headset_options=(
+            *STILL,
+            "--simulate",
+            f"harsh={seed}@{duration_s - quiet_s:g}",
+        ),
         java_options="" if is_long else _WHOLE_HEAP,
         link=link,
-        on_snapshot=take_snapshot,
+        is_enough=has_recovered,
     )
-    end_s = max(seen["last_s"] for seen in loaded.final["topics"].values())
+    since_s = _end_s(loaded.final) - last_s
     slopes = _slopes(loaded.usage)
-    lost = [it for at_s, it in snapshots if at_s > end_s - last_s]
+    lost = [it for at_s, it in snapshots if at_s > since_s]
     arrivals = np.load(folder / "one" / "arrivals.npz")
     slopes["slots"] = [
         topic
         for topic in sorted(lost[-1] - lost[0])
-        if not filled_all_slots(arrivals[topic], end_s - last_s)
+        if not filled_all_slots(arrivals[topic], since_s)
     ]
     return {
         "seed": seed,
@@ -146,7 +155,7 @@ def harsh_run(
         "duration_s": loaded.duration_s,
         "link_faults": links[0].faults,
         "streams": sorted(loaded.final["streams"]),
-        "alive_at_end": _alive(loaded, end_s - last_s),
+        "alive_at_end": alive,
         "unaccounted": _unaccounted(loaded.final),
         "slopes": slopes,
         "grown": _grown(slopes, _MOST_MB if is_long else _MOST_MB_AT_START),
@@ -162,14 +171,24 @@ def _with_openxr(changes: dict[str, dict[str, Any]]) -> str:
     return yaml.safe_dump(config)
 
 
-def _alive(loaded: Loaded, since_s: float) -> list[str]:
-    topics = loaded.final["topics"]
+def _end_s(snapshot: dict[str, Any]) -> float:
+    """Returns when the last message came."""
+    return max(
+        float(seen["last_s"]) for seen in snapshot["topics"].values() if seen["count"]
+    )
+
+
+def _alive(snapshot: dict[str, Any], last_s: float) -> list[str]:
+    """Returns the streams whose topics all had a message in the last `last_s`."""
+    topics = snapshot["topics"]
+    since_s = _end_s(snapshot) - last_s
     return sorted(
         stream
-        for stream, answer in loaded.final["streams"].items()
+        for stream, answer in snapshot["streams"].items()
         if answer["topics"]
         and all(
-            topics[name]["count"] and (name == _LATCHED or topics[name]["last_s"] > since_s)
+            topics[name]["count"]
+            and (name == _LATCHED or topics[name]["last_s"] > since_s)
             for name in (topic["topic"] for topic in answer["topics"])
         )
     )
@@ -202,7 +221,9 @@ def filled_all_slots(arrivals: NDArray[np.float64], since_s: float) -> bool:
     """
     received_s, latency_s = arrivals[:, 0], arrivals[:, 1] / 1e3
     period_s = np.median(np.diff(np.unique(received_s - latency_s)))
-    return bool(latency_s[received_s > since_s].max(initial=0.0) > (_SLOTS - 1) * period_s)
+    return bool(
+        latency_s[received_s > since_s].max(initial=0.0) > (_SLOTS - 1) * period_s
+    )
 
 
 def _unaccounted(final: dict[str, Any]) -> int:
@@ -221,7 +242,9 @@ def _slopes(usage: dict[str, Usage]) -> dict[str, Any]:
     own = {role: usage[role] for role in ("receiver", "headset")}
     return {
         "memory_mb_per_hour": {role: it.memory_mb_per_hour for role, it in own.items()},
-        "memory_mb": {role: _memory_growth(it.anonymous_bytes) for role, it in own.items()},
+        "memory_mb": {
+            role: _memory_growth(it.anonymous_bytes) for role, it in own.items()
+        },
         "threads": {role: growth(it.threads) for role, it in own.items()},
         "files": {role: growth(it.files) for role, it in own.items()},
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import signal
 import statistics
 import subprocess
 import sys
@@ -76,14 +77,20 @@ class Usage:
     @property
     def cpu_percent(self) -> float:
         """The CPU time in percent of one processor."""
-        return 100 * (self.cpu_s[-1] - self.cpu_s[0]) / (self.times_s[-1] - self.times_s[0])
+        return (
+            100
+            * (self.cpu_s[-1] - self.cpu_s[0])
+            / (self.times_s[-1] - self.times_s[0])
+        )
 
     @property
     def memory_mb_per_hour(self) -> float:
         """The slope of anonymous memory over the last three quarters of the time."""
         since = len(self.times_s) // 4
         hours = np.array(self.times_s[since:]) / 3600
-        return float(np.polyfit(hours, np.array(self.anonymous_bytes[since:]) / 1e6, 1)[0])
+        return float(
+            np.polyfit(hours, np.array(self.anonymous_bytes[since:]) / 1e6, 1)[0]
+        )
 
 
 def growth(counts: list[int]) -> float:
@@ -92,7 +99,9 @@ def growth(counts: list[int]) -> float:
     Medians are compared, because connections open and close.
     """
     tenth = len(counts) // 10
-    return statistics.median(counts[-2 * tenth : -1]) - statistics.median(counts[tenth : 2 * tenth])
+    return statistics.median(counts[-2 * tenth : -1]) - statistics.median(
+        counts[tenth : 2 * tenth]
+    )
 
 
 @dataclass(frozen=True)
@@ -137,7 +146,9 @@ class Loaded:
         for seen in self.final["topics"].values():
             for phase, latency in seen["phases_ms"].items() if seen["count"] else ():
                 known = slowest[phase].setdefault(seen["stream"], latency)
-                slowest[phase][seen["stream"]] = max(known, latency, key=lambda it: it["p99"])
+                slowest[phase][seen["stream"]] = max(
+                    known, latency, key=lambda it: it["p99"]
+                )
         return slowest
 
 
@@ -151,7 +162,7 @@ def load_run(
     headset_options: tuple[str, ...] = (),
     java_options: str = "",
     link: Callable[[str], Proxy] | None = None,
-    on_snapshot: Callable[[dict[str, Any]], None] = lambda _: None,
+    is_enough: Callable[[dict[str, Any]], bool] = lambda _: False,
     hosts: tuple[Host, Host] = (Host(), Host()),
 ) -> list[Loaded]:
     """Runs one headset per name at the same time; an empty name means none.
@@ -161,7 +172,8 @@ def load_run(
         headset_options: more options of the headsets.
         java_options: more options of their Java.
         link: makes the proxy between headset and receiver, from the receiver's address.
-        on_snapshot: is called about once per second with a subscriber's snapshot.
+        is_enough: ends a headset's run before `duration_s` when it returns True for its
+            subscriber's snapshot, of which there is one about each second.
         hosts: that of receiver and subscriber, and that of the headset.
         record: the folder for a recording of the only receiver, or None.
     """
@@ -186,7 +198,7 @@ def load_run(
         ]
         # Reads all observers at the same time, so that none blocks on a full pipe
         with ThreadPoolExecutor(len(started)) as pool:
-            watch = partial(_watch, on_snapshot)
+            watch = partial(_watch, is_enough)
             return list(pool.map(watch, names, *zip(*started, strict=True)))
 
 
@@ -224,37 +236,45 @@ def _start(
     if link is not None:
         address = stack.enter_context(link(address)).address
     send = [*far.prefix, *headset_command(address, *headset_options, security=security)]
-    headset = stack.enter_context(process(send, environment, folder / "headset.log", is_read=False))
+    headset = stack.enter_context(
+        process(send, environment, folder / "headset.log", is_read=False)
+    )
     children = {"receiver": receiver, "headset": headset, "subscriber": observer}
     return observer, {role: Usage(child.pid) for role, child in children.items()}
 
 
 def _watch(
-    on_snapshot: Callable[[dict[str, Any]], None],
+    is_enough: Callable[[dict[str, Any]], bool],
     name: str,
     observer: subprocess.Popen[str],
     usage: dict[str, Usage],
 ) -> Loaded:
     final = None
     drops_of_start = 0
+    has_enough = False
     for snapshot in _snapshots(observer):
         for each in usage.values():
             each.sample()
         final = snapshot if snapshot["final"] else None
-        on_snapshot(snapshot)
-        if _age_s(snapshot) < START_S + _STATUS_S:
+        if not has_enough and is_enough(snapshot):
+            has_enough = True
+            os.kill(usage["headset"].pid, signal.SIGTERM)
+        if age_s(snapshot) < START_S + _STATUS_S:
             drops_of_start = _counted_drops(snapshot, name)
     if final is None:
         raise SystemExit("a process ended early: see the logs")
     return Loaded(name, final, usage, drops_of_start)
 
 
-def _age_s(snapshot: dict[str, Any]) -> float:
+def age_s(snapshot: dict[str, Any]) -> float:
     """Returns the time since the first message."""
     topics = [seen for seen in snapshot["topics"].values() if seen["count"]]
     if not topics:
         return 0.0
-    begin_s, end_s = min(it["first_s"] for it in topics), max(it["last_s"] for it in topics)
+    begin_s, end_s = (
+        min(it["first_s"] for it in topics),
+        max(it["last_s"] for it in topics),
+    )
     return float(end_s - begin_s)
 
 

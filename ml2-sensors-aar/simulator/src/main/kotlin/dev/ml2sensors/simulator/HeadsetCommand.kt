@@ -78,7 +78,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         val connection = connection.open { echo(it, err = true) }
         return runBlocking {
             stream(headset, connection, duration, stopSignal(), subscribed, ::echo) {
-                if (headset is SimulatedHeadset) simulation.setLater(headset, duration, ::echo)
+                if (headset is SimulatedHeadset) simulation.setLater(headset, ::echo)
             }
         }
     }

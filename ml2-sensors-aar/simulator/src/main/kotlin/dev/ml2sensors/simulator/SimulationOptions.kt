@@ -22,7 +22,8 @@ internal class SimulationOptions : OptionGroup() {
     private val simulate by option(
         metavar = "KEY=VALUE[@S]",
         help = "Set a key of the simulated device, at the start or S seconds after the first sample; repeatable. " +
-            "- takes lines KEY=VALUE from standard input after it. harsh=SEED sets faults at random. help lists all keys.",
+            "- takes lines KEY=VALUE from standard input after it. harsh=SEED sets faults at random, until @S. " +
+            "help lists all keys.",
     )
         .convert {
             val setting = COMMANDS.find { command -> command.key == it } ?: SimulationSetting.parse(it)
@@ -32,25 +33,26 @@ internal class SimulationOptions : OptionGroup() {
 
     val isGiven: Boolean get() = simulate.isNotEmpty()
 
-    private val harshSeed: Long?
-        get() = simulate.lastOrNull { it.key == HARSH }?.run {
-            value.toLongOrNull() ?: throw UsageError("expected $HARSH=SEED with a whole number, found '$this'")
-        }
+    private val settings get() = simulate.filter { it != INPUT && it.key != HARSH }
+    private val harsh get() = simulate.lastOrNull { it.key == HARSH }
+
+    private fun SimulationSetting.seed(): Long = value.toLongOrNull()
+        ?: throw UsageError("expected $HARSH=SEED with a whole number, found '$this'")
 
     /** @param cacheFolder keeps rendered frames for later runs; empty for none. */
     fun open(seed: Long, cacheFolder: String): SimulatedHeadset {
         if (HELP in simulate) throw PrintMessage(describeKeys())
-        harshSeed
-        val atOnce = (simulate - INPUT).filter { it.after == null && it.key != HARSH }.associate { it.key to it.value }
+        harsh?.seed()
+        val atOnce = settings.filter { it.after == null }.associate { it.key to it.value }
         return asUsageErrors { SimulatedHeadset.open(seed, mapOf("cache" to cacheFolder) + atOnce) }
     }
 
-    /** Sets all later settings, timed from this call. Random faults end before [duration] does. */
-    suspend fun setLater(headset: SimulatedHeadset, duration: Duration?, log: (String) -> Unit): Unit = coroutineScope {
+    /** Sets all later settings, timed from this call. */
+    suspend fun setLater(headset: SimulatedHeadset, log: (String) -> Unit): Unit = coroutineScope {
         if (INPUT in simulate) thread(isDaemon = true) { headset.setAsRead(log) }
-        val randomFaults = harshSeed?.let { randomFaults(it, SimulationKey.all(), duration) }.orEmpty()
-        for (settings in simulate.filter { it.after != null }.map { sequenceOf(it) } + randomFaults) {
-            launch { headset.setOnSchedule(settings, log) }
+        val randomFaults = harsh?.run { randomFaults(seed(), SimulationKey.all(), after ?: Duration.INFINITE) }
+        for (timeline in settings.filter { it.after != null }.map { sequenceOf(it) } + randomFaults.orEmpty()) {
+            launch { headset.setOnSchedule(timeline, log) }
         }
     }
 

@@ -11,13 +11,13 @@ import kotlin.time.Duration.Companion.seconds
  * stream is subject to the faults of its backend only, so each interface has its own.
  *
  * The faults are chosen by [seed] from the [keys] of faults. Each fault ends after some seconds, when its key gets its
- * default again. At most [MAX_CONCURRENT] faults of an interface are active at a time. All faults end [faultFreeTime]
- * before [duration] is over; without a duration they never stop.
+ * default again. At most [MAX_CONCURRENT] faults of an interface are active at a time. All faults have ended after
+ * [duration].
  */
 internal fun randomFaults(
     seed: Long,
     keys: List<SimulationKey>,
-    duration: Duration?,
+    duration: Duration,
 ): List<Sequence<SimulationSetting>> = INTERFACE_PREFIXES.map { prefix ->
     timeline(seed, keys.filter { it.name.startsWith(prefix) && (!it.isText || it.choices.isNotEmpty()) }, duration)
 }
@@ -25,13 +25,12 @@ internal fun randomFaults(
 private fun timeline(
     seed: Long,
     faults: List<SimulationKey>,
-    duration: Duration?,
+    duration: Duration,
 ): Sequence<SimulationSetting> = sequence {
     val random = Random(seed)
-    val end = duration?.let { it - faultFreeTime(it) } ?: Duration.INFINITE
     val active = mutableListOf<SimulationKey>()
     var time = random.pause()
-    while (time < end) {
+    while (time < duration) {
         val inactive = faults - active
         if (active.size == MAX_CONCURRENT || (active.isNotEmpty() && random.nextBoolean())) {
             val key = active.removeAt(random.nextInt(active.size))
@@ -42,11 +41,8 @@ private fun timeline(
         }
         time += random.pause()
     }
-    for (key in active) yield(SimulationSetting(key.name, key.default, end))
+    for (key in active) yield(SimulationSetting(key.name, key.default, duration))
 }
-
-/** Returns how long no fault is active before [duration] is over, so that all streams can recover. */
-internal fun faultFreeTime(duration: Duration): Duration = minOf(MAX_FAULT_FREE, duration * FAULT_FREE_SHARE)
 
 private fun Random.pause(): Duration = nextDouble(MIN_PAUSE_S, MAX_PAUSE_S).seconds
 
@@ -65,5 +61,3 @@ private val INTERFACE_PREFIXES = listOf("fault.", "openxr.fault.")
 private const val MAX_CONCURRENT = 2
 private const val MIN_PAUSE_S = 0.3
 private const val MAX_PAUSE_S = 2.0
-private const val FAULT_FREE_SHARE = 0.4
-private val MAX_FAULT_FREE = 75.seconds
