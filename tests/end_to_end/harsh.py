@@ -173,9 +173,7 @@ def _with_openxr(changes: dict[str, dict[str, Any]]) -> str:
 
 def _end_s(snapshot: dict[str, Any]) -> float:
     """Returns when the last message came."""
-    return max(
-        float(seen["last_s"]) for seen in snapshot["topics"].values() if seen["count"]
-    )
+    return max(float(seen["last_s"]) for seen in snapshot["topics"].values() if seen["count"])
 
 
 def _alive(snapshot: dict[str, Any], last_s: float) -> list[str]:
@@ -187,8 +185,7 @@ def _alive(snapshot: dict[str, Any], last_s: float) -> list[str]:
         for stream, answer in snapshot["streams"].items()
         if answer["topics"]
         and all(
-            topics[name]["count"]
-            and (name == _LATCHED or topics[name]["last_s"] > since_s)
+            topics[name]["count"] and (name == _LATCHED or topics[name]["last_s"] > since_s)
             for name in (topic["topic"] for topic in answer["topics"])
         )
     )
@@ -221,9 +218,7 @@ def filled_all_slots(arrivals: NDArray[np.float64], since_s: float) -> bool:
     """
     received_s, latency_s = arrivals[:, 0], arrivals[:, 1] / 1e3
     period_s = np.median(np.diff(np.unique(received_s - latency_s)))
-    return bool(
-        latency_s[received_s > since_s].max(initial=0.0) > (_SLOTS - 1) * period_s
-    )
+    return bool(latency_s[received_s > since_s].max(initial=0.0) > (_SLOTS - 1) * period_s)
 
 
 def _unaccounted(final: dict[str, Any]) -> int:
@@ -242,9 +237,7 @@ def _slopes(usage: dict[str, Usage]) -> dict[str, Any]:
     own = {role: usage[role] for role in ("receiver", "headset")}
     return {
         "memory_mb_per_hour": {role: it.memory_mb_per_hour for role, it in own.items()},
-        "memory_mb": {
-            role: _memory_growth(it.anonymous_bytes) for role, it in own.items()
-        },
+        "memory_mb": {role: _memory_growth(it.anonymous_bytes) for role, it in own.items()},
         "threads": {role: growth(it.threads) for role, it in own.items()},
         "files": {role: growth(it.files) for role, it in own.items()},
     }

@@ -77,20 +77,14 @@ class Usage:
     @property
     def cpu_percent(self) -> float:
         """The CPU time in percent of one processor."""
-        return (
-            100
-            * (self.cpu_s[-1] - self.cpu_s[0])
-            / (self.times_s[-1] - self.times_s[0])
-        )
+        return 100 * (self.cpu_s[-1] - self.cpu_s[0]) / (self.times_s[-1] - self.times_s[0])
 
     @property
     def memory_mb_per_hour(self) -> float:
         """The slope of anonymous memory over the last three quarters of the time."""
         since = len(self.times_s) // 4
         hours = np.array(self.times_s[since:]) / 3600
-        return float(
-            np.polyfit(hours, np.array(self.anonymous_bytes[since:]) / 1e6, 1)[0]
-        )
+        return float(np.polyfit(hours, np.array(self.anonymous_bytes[since:]) / 1e6, 1)[0])
 
 
 def growth(counts: list[int]) -> float:
@@ -99,9 +93,7 @@ def growth(counts: list[int]) -> float:
     Medians are compared, because connections open and close.
     """
     tenth = len(counts) // 10
-    return statistics.median(counts[-2 * tenth : -1]) - statistics.median(
-        counts[tenth : 2 * tenth]
-    )
+    return statistics.median(counts[-2 * tenth : -1]) - statistics.median(counts[tenth : 2 * tenth])
 
 
 @dataclass(frozen=True)
@@ -146,9 +138,7 @@ class Loaded:
         for seen in self.final["topics"].values():
             for phase, latency in seen["phases_ms"].items() if seen["count"] else ():
                 known = slowest[phase].setdefault(seen["stream"], latency)
-                slowest[phase][seen["stream"]] = max(
-                    known, latency, key=lambda it: it["p99"]
-                )
+                slowest[phase][seen["stream"]] = max(known, latency, key=lambda it: it["p99"])
         return slowest
 
 
@@ -236,9 +226,7 @@ def _start(
     if link is not None:
         address = stack.enter_context(link(address)).address
     send = [*far.prefix, *headset_command(address, *headset_options, security=security)]
-    headset = stack.enter_context(
-        process(send, environment, folder / "headset.log", is_read=False)
-    )
+    headset = stack.enter_context(process(send, environment, folder / "headset.log", is_read=False))
     children = {"receiver": receiver, "headset": headset, "subscriber": observer}
     return observer, {role: Usage(child.pid) for role, child in children.items()}
 
