@@ -68,6 +68,7 @@ internal class Subscriptions : AppOpenings {
             }
         } finally {
             leave(subscription)
+            subscription.clear()
         }
     }
 
@@ -140,9 +141,9 @@ internal class Subscriptions : AppOpenings {
         subscription.end(SubscriptionException.of(subscription.what.topic, code, why))
     }
 
-    override fun take(frame: Frame): Boolean {
+    override fun take(frame: Frame, left: () -> Unit): Boolean {
         val subscription = synchronized(this) { open[frame.header.channel] } ?: return false
-        subscription.add(frame)
+        subscription.add(frame, left)
         return true
     }
 
@@ -195,7 +196,6 @@ private class Wanted(
         keep = if (keep is Keep.All) "all" else "latest",
         depth = (keep as? Keep.All)?.depth,
         maxHz = maxHz,
-        bulk = false, // No message needs TAKEN
         received = received,
     )
 
@@ -209,8 +209,11 @@ private class Wanted(
 
 /** One collection of a flow: its queue, which holds what [Keep] says, and its counters. Thread-safe. */
 private class Subscription(val what: Wanted) {
+    /** [left] is called under the lock, so that messages leave in their order. */
+    private class Queued(val frame: Frame, val left: () -> Unit)
+
     private val depth = (what.keep as? Keep.All)?.depth ?: 1
-    private val queue = ArrayDeque<Frame>(depth)
+    private val queue = ArrayDeque<Queued>(depth)
     private val arrivals = Channel<Unit>(Channel.CONFLATED)
     private var expected = 0L
     private var received = 0L
@@ -221,15 +224,16 @@ private class Subscription(val what: Wanted) {
     @Synchronized
     fun open(id: Int): Open = what.open(id, expected)
 
-    fun add(message: Frame) {
+    /** Puts a message into the queue, until [left] is called. */
+    fun add(message: Frame, left: () -> Unit) {
         synchronized(this) {
             received++
             expected = (message.header.sequence + 1).toUInt().toLong()
             if (queue.size == depth) {
-                queue.removeFirst()
+                queue.removeFirst().left()
                 pushedOut++
             }
-            queue.addLast(message)
+            queue.addLast(Queued(message, left))
         }
         arrivals.trySend(Unit)
     }
@@ -247,7 +251,19 @@ private class Subscription(val what: Wanted) {
     }
 
     @Synchronized
-    private fun poll() = queue.removeFirstOrNull()?.also { taken++ }
+    private fun poll(): Frame? {
+        val next = queue.removeFirstOrNull() ?: return null
+        taken++
+        next.left()
+        return next.frame
+    }
+
+    /** Lets go of what the app will not take. */
+    @Synchronized
+    fun clear() {
+        queue.forEach { it.left() }
+        queue.clear()
+    }
 
     @Synchronized
     fun countUndecodable() {

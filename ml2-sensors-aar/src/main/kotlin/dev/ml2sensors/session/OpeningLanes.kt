@@ -4,16 +4,21 @@ import dev.ml2sensors.wire.Close
 import dev.ml2sensors.wire.Closed
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.Frame
+import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Open
 import dev.ml2sensors.wire.Opened
 import dev.ml2sensors.wire.RosLanes
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.Job
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.channels.Channel.Factory.UNLIMITED
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
+import java.io.IOException
 import java.nio.channels.ClosedChannelException
+import java.util.concurrent.ConcurrentHashMap
 import kotlin.time.Duration
 
 /** The openings of an app, over all sessions. Called by several threads; nothing but [serve] waits. */
@@ -27,8 +32,8 @@ internal interface AppOpenings {
     /** Takes the end of an opening. */
     fun closed(end: Closed)
 
-    /** Takes a frame of an opening; returns false if the app has closed it. */
-    fun take(frame: Frame): Boolean
+    /** Takes a frame of an opening, and calls [left] when it leaves its queue; returns false if the app has closed it. */
+    fun take(frame: Frame, left: () -> Unit): Boolean
 
     /** Returns the counters of the present session's subscriptions by id, as in STATUS. */
     fun counts(): Map<String, Status.OpeningCounts>
@@ -49,7 +54,11 @@ internal class OpeningLanes(
 ) {
     private val connections = HashMap<String, Connection>()
     private val joining = Mutex()
-    private val openings = Openings(app::take)
+    private val openings =
+        Openings(deliver = { lane, frame -> app.take(frame) { taken(lane, frame) } }, discarded = ::taken)
+
+    /** The messages of lanes `bulk_N` that have left their queues, by lane. */
+    private val taken = ConcurrentHashMap<String, Channel<FrameHeader>>()
 
     suspend fun open(wanted: Open) {
         join(RosLanes.ROS)
@@ -79,7 +88,32 @@ internal class OpeningLanes(
         if (name in connections) return
         val connection = connect(name)
         connections[name] = connection
+        if (name !=
+            RosLanes.ROS
+        ) {
+            launch { sayTaken(connection, Channel<FrameHeader>(UNLIMITED).also { taken[name] = it }) }
+        }
         launch { read(name, connection) }
+    }
+
+    /** Takes note of a [frame] that is in no queue any more; never waits. */
+    private fun taken(lane: String, frame: Frame) {
+        taken[lane]?.trySend(frame.header)
+    }
+
+    private suspend fun sayTaken(connection: Connection, taken: Channel<FrameHeader>) {
+        try {
+            for (message in taken) {
+                val (id, number) = message.channel to message.sequence
+                if (openings.taken(id, number)) {
+                    blockingIo {
+                        connection.writer.write(FrameKind.TAKEN, NOTHING, id, number)
+                    }
+                }
+            }
+        } catch (_: IOException) {
+            // The reader of the lane has the reason
+        }
     }
 
     /** Ends the output, so that the receiver finds the end of each lane; takes at most [limit]. */
@@ -87,6 +121,7 @@ internal class OpeningLanes(
         withTimeoutOrNull(limit) {
             joining.withLock { connections.values.forEach { blockingIo { it.shutdownOutput() } } }
         }
+        taken.values.forEach { it.close() }
     }
 
     /** Reads until the lane ends, for which the control lane has the reason. */
@@ -108,6 +143,7 @@ internal class OpeningLanes(
     companion object {
         /** The kinds that the receiver sends on the control lane. */
         val ON_CONTROL: Set<FrameKind> = setOf(FrameKind.OPENED, FrameKind.CLOSED)
+        private val NOTHING = ByteArray(0)
         private val ON_BULK = setOf(FrameKind.MESSAGE)
         private val ON_ROS =
             ON_BULK + setOf(FrameKind.POSE, FrameKind.REQUEST, FrameKind.RESPONSE, FrameKind.FAILURE)

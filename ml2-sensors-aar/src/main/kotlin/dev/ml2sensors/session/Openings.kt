@@ -16,9 +16,13 @@ import dev.ml2sensors.wire.printable
 /**
  * The openings of one session, and which frames of the receiver they allow; PROTOCOL.md, Openings. Thread-safe.
  *
- * @param deliver takes each frame that an opening is to have; returns false if the app has closed the opening.
+ * @param deliver takes the lane and each frame that an opening is to have; returns false if the app has closed it.
+ * @param discarded gets the frames that are not delivered, since their opening has ended.
  */
-internal class Openings(private val deliver: (Frame) -> Boolean) {
+internal class Openings(
+    private val deliver: (String, Frame) -> Boolean,
+    private val discarded: (String, Frame) -> Unit = { _, _ -> },
+) {
     /** Numbers are the last of their kind, null before any. [lane] is that of OPENED, or of a frame that came before. */
     private class Opening(val kind: String) {
         var lane: String? = null
@@ -35,6 +39,7 @@ internal class Openings(private val deliver: (Frame) -> Boolean) {
 
     private val used = HashSet<Int>()
     private val live = HashMap<Int, Opening>()
+    private val taken = HashMap<Int, Int>()
 
     /** How many frames were discarded because their opening had ended, or nobody waited for the answer any more. */
     @get:Synchronized
@@ -64,10 +69,16 @@ internal class Openings(private val deliver: (Frame) -> Boolean) {
         live[id]?.underWay?.remove(number)
     }
 
-    /** Takes note that the app has taken the messages of [id] up to [number]. */
+    /**
+     * Takes note that the messages of [id] up to [number] are in no queue any more. Returns false if that was known: an
+     * opening that the app closes lets go of older messages after newer ones.
+     */
     @Synchronized
-    fun taken(id: Int, number: Int) {
+    fun taken(id: Int, number: Int): Boolean {
+        if (taken[id].let { it != null && !number.isAfter(it) }) return false
+        taken[id] = number
         live[id]?.untaken?.keys?.removeIf { !it.isAfter(number) }
+        return true
     }
 
     /** @throws ProtocolException when no OPEN waits for [answer]. */
@@ -103,7 +114,11 @@ internal class Openings(private val deliver: (Frame) -> Boolean) {
     fun received(lane: String, frame: Frame): Failure? {
         synchronized(this) {
             val id = frame.header.channel
-            val opening = find(id, "${frame.kind}") ?: return null
+            val opening = find(id, "${frame.kind}")
+            if (opening == null) {
+                discarded(lane, frame)
+                return null
+            }
             if (frame.kind !in KINDS[opening.kind].orEmpty() || opening.lane.let { it != null && it != lane }) {
                 throw unexpected(
                     "${frame.kind} on lane $lane of opening $id, a ${opening.kind} on lane ${opening.lane}",
@@ -118,7 +133,10 @@ internal class Openings(private val deliver: (Frame) -> Boolean) {
                 else -> Unit
             }
         }
-        if (!deliver(frame)) synchronized(this) { late++ }
+        if (!deliver(lane, frame)) {
+            synchronized(this) { late++ }
+            discarded(lane, frame)
+        }
         return null
     }
 

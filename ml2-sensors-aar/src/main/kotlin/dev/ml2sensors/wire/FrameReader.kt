@@ -5,9 +5,13 @@ import java.nio.ByteBuffer
 import java.nio.channels.ReadableByteChannel
 
 /**
- * Reads whole frames from a blocking channel; used by one thread. What a receiver sends is small, so bodies are copied.
+ * Reads whole frames from a blocking channel; used by one thread. A large body arrives in a buffer of a pool, so that
+ * nothing is left of it but its bytes.
  */
-internal class FrameReader(private val source: ReadableByteChannel) {
+internal class FrameReader(
+    private val source: ReadableByteChannel,
+    private val buffers: LargeBuffers = LargeBuffers.SHARED,
+) {
     /** The greatest MESSAGE of the connection; 0 if the session does not know the kinds of openings. */
     @Volatile
     var maxMessageBytes: Int = 0
@@ -48,11 +52,17 @@ internal class FrameReader(private val source: ReadableByteChannel) {
     }
 
     private fun readBody(length: Int): ByteArray {
-        var body = ByteBuffer.allocate(minOf(length, CHUNK_BYTES))
-        while (true) {
-            fill(body, endAllowed = false)
-            if (body.capacity() == length) return body.array()
-            body = ByteBuffer.allocate(minOf(length, body.capacity() * 2)).put(body.flip())
+        if (length <= CHUNK_BYTES) return ByteArray(length).also { fill(ByteBuffer.wrap(it), endAllowed = false) }
+        var buffer = buffers.acquire()
+        try {
+            while (true) {
+                fill(buffer.limit(minOf(length, buffer.capacity())), endAllowed = false)
+                if (buffer.limit() == length) break
+                buffer = ByteBuffer.allocateDirect(buffer.capacity() * 2).put(buffer.flip())
+            }
+            return ByteArray(length).also { buffer.flip().get(it) }
+        } finally {
+            buffers.release(buffer)
         }
     }
 
@@ -66,8 +76,29 @@ internal class FrameReader(private val source: ReadableByteChannel) {
     }
 
     private companion object {
-        /** The most that is allocated for a body before its bytes arrive. */
+        /** The most that is allocated for a body before its bytes arrive, but for what the pool has. */
         const val CHUNK_BYTES = 4096
+    }
+}
+
+/** Direct buffers that have grown with the bodies before, since only garbage collection frees one. Thread-safe. */
+internal class LargeBuffers {
+    private val free = ArrayDeque<ByteBuffer>()
+
+    @Synchronized
+    fun acquire(): ByteBuffer = free.removeLastOrNull()?.clear() ?: ByteBuffer.allocateDirect(FIRST_BYTES)
+
+    @Synchronized
+    fun release(buffer: ByteBuffer) {
+        if (free.size < MOST) free.addLast(buffer)
+    }
+
+    companion object {
+        private const val FIRST_BYTES = 4096
+
+        /** One for each lane of large messages. */
+        private const val MOST = 4
+        val SHARED = LargeBuffers()
     }
 }
 

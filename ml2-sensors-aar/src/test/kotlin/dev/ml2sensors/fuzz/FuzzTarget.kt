@@ -90,10 +90,7 @@ internal enum class FuzzTarget {
             if (data.isEmpty()) return
             val lane = RosLanes.ALL[data[0].toUByte().toInt() % 2]
             var counted = 0L
-            val openings = Openings {
-                counted++
-                true
-            }
+            val openings = Openings({ _, _ -> counted++ >= 0 })
             kinds.forEachIndexed { index, kind -> openings.asks(Open(index + 1, kind)) }
             openings.asks(3, 7)
             val reader = FrameReader(Channels.newChannel(data.inputStream(1, data.size - 1)))
@@ -123,7 +120,8 @@ internal enum class FuzzTarget {
         override fun read(data: ByteArray) {
             val closed = HashSet<Int>()
             var delivered = 0L
-            val openings = Openings { (it.header.channel !in closed).also { isTaken -> if (isTaken) delivered++ } }
+            val openings =
+                Openings({ _, it -> (it.header.channel !in closed).also { isTaken -> if (isTaken) delivered++ } })
             val uses = listOf(Open.SUBSCRIPTION, Open.SUBSCRIPTION, Open.CLIENT, Open.SERVICE)
             uses.forEachIndexed { index, kind -> openings.asks(Open(index + 1, kind)) }
             for (number in 0..<data.size / DRAW_BYTES) {

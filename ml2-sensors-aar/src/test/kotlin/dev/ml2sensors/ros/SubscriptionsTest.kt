@@ -61,7 +61,7 @@ class SubscriptionsTest {
             val session = session()
             val open = session.await(HostFrame.OPEN).json
             val expected = """{"id": 1, "kind": "subscription", "name": "/chatter", "type": "std_msgs/msg/String",
-                "layout": "s", "keep": "latest", "bulk": false, "received": 0}"""
+                "layout": "s", "keep": "latest", "received": 0}"""
             assertEquals(Json.parseToJsonElement(expected), open)
             session.opens(1)
             session.message(1, -1, text("hello") + byteArrayOf(7, 7), publishedNanos = 1_700_000_000_000_000_001)
@@ -77,7 +77,7 @@ class SubscriptionsTest {
             val session = session()
             val open = session.await(HostFrame.OPEN).json
             val expected = """{"id": 1, "kind": "subscription", "name": "/chatter", "type": "std_msgs/msg/String",
-                "hash": "$HASH", "keep": "all", "depth": 3, "max_hz": 12.5, "bulk": false, "received": 0}"""
+                "hash": "$HASH", "keep": "all", "depth": 3, "max_hz": 12.5, "received": 0}"""
             assertEquals(Json.parseToJsonElement(expected), open)
             session.opens(1)
             session.message(1, 0, text("hello"))
@@ -246,6 +246,33 @@ class SubscriptionsTest {
     }
 
     @Test
+    fun whatLeavesTheQueueOfALargeTopicIsTakenAlsoAfterItsEnd() = runBlocking<Unit> {
+        val session = session()
+        val isHeld = CompletableDeferred<Unit>()
+        val collecting = launch(Dispatchers.Default) {
+            chatter.collect {
+                isHeld.complete(Unit)
+                awaitCancellation()
+            }
+        }
+        session.opens(1, "bulk_3")
+        session.message(1, 0, text("x".repeat(1 shl 20)), lane = "bulk_3")
+        session.awaitTaken(1, 0)
+        isHeld.await()
+        for (number in 1..2) session.message(1, number, text("$number"), lane = "bulk_3")
+        session.awaitTaken(1, 1) // The newest alone is kept
+        withTimeout(TEST_LIMIT) { collecting.cancelAndJoin() }
+        session.awaitTaken(1, 2)
+        session.await(HostFrame.CLOSE)
+        session.message(1, 3, text("late"), lane = "bulk_3")
+        session.awaitTaken(1, 3)
+        session.write(HostFrame.CLOSED, """{"id": 1, "reason": "the app closed it"}""")
+        session.message(1, 4, text("later"), lane = "bulk_3")
+        session.awaitTaken(1, 4)
+        assertEquals(5, session.frames(HostFrame.TAKEN).size)
+    }
+
+    @Test
     fun aCancelledCollectorClosesItsOpening() = runBlocking<Unit> {
         val session = session()
         val collecting = launch(Dispatchers.Default) { chatter.collect { awaitCancellation() } }
@@ -382,9 +409,9 @@ class SubscriptionsTest {
     }
 
     /** Answers the OPEN of [id], which is the one of that number in this session. */
-    private fun HostSession.opens(id: Int) {
+    private fun HostSession.opens(id: Int, lane: String = "ros") {
         assertEquals(id, await(HostFrame.OPEN, id - 1).json.getValue("id").jsonPrimitive.int)
-        write(HostFrame.OPENED, """{"id": $id, "result": "opened", "lane": "ros", "latched": false}""")
+        write(HostFrame.OPENED, """{"id": $id, "result": "opened", "lane": "$lane", "latched": false}""")
     }
 
     private fun HostSession.joined(lane: String) = frames(HostFrame.JOIN).count { it.lane == lane }

@@ -46,6 +46,7 @@ internal class HostFrame(
         const val OPENED = 97
         const val CLOSE = 98
         const val CLOSED = 99
+        const val TAKEN = 112
         const val MESSAGE = 128
         const val FAILURE = 132
 

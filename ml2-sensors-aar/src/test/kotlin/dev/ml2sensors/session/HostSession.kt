@@ -83,9 +83,16 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     }
 
     /** Sends a MESSAGE of the opening [id]. */
-    fun message(id: Int, number: Int, payload: ByteArray, publishedNanos: Long = 0) {
+    fun message(id: Int, number: Int, payload: ByteArray, publishedNanos: Long = 0, lane: String = "ros") {
         val frame = HostFrame.bytes(HostFrame.MESSAGE, payload, id, number, publishedNanos)
-        sockets.getValue("ros").getOutputStream().write(frame)
+        awaitLog("JOIN of $lane") { log.find { it.kind == HostFrame.JOIN && it.lane == lane } }
+        val socket = sockets.getValue(lane)
+        synchronized(socket) { socket.getOutputStream().write(frame) }
+    }
+
+    /** Waits for the TAKEN of message [number] of the opening [id]. */
+    fun awaitTaken(id: Int, number: Long): HostFrame = awaitLog("TAKEN of $number") {
+        log.find { it.kind == HostFrame.TAKEN && it.channel == id && it.sequence == number }
     }
 
     /** The frame number [index] of [kind], counted from 0 over all lanes. */
@@ -148,10 +155,12 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
         val expected = """{"session":"$SESSION","ticket":"${ticket(lane)}","lane":"$lane"}"""
         if (frame.body.decodeToString() != expected) host.breach("JOIN $frame")
         if (sockets.putIfAbsent(lane, socket) != null) host.breach("lane $lane is joined twice")
-        record(HostFrame(lane, frame.kind, body = frame.body))
-        if (lane in host.silentLanes) return
-        begin(lane, socket)
-        write(HostFrame.JOINED, """{"lane": "$lane"}""", lane)
+        synchronized(socket) {
+            record(HostFrame(lane, frame.kind, body = frame.body))
+            if (lane in host.silentLanes) return
+            begin(lane, socket)
+            write(HostFrame.JOINED, """{"lane": "$lane"}""", lane)
+        }
     }
 
     private fun begin(lane: String, socket: Socket) {

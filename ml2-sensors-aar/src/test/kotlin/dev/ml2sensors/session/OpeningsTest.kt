@@ -17,7 +17,11 @@ import kotlin.test.assertNull
 class OpeningsTest {
     private val delivered = ArrayList<Frame>()
     private val closed = HashSet<Int>()
-    private val openings = Openings { it.header.channel !in closed && delivered.add(it) }
+    private val discarded = ArrayList<Frame>()
+    private val openings = Openings(
+        { _, it -> it.header.channel !in closed && delivered.add(it) },
+        { _, it -> discarded += it },
+    )
 
     init {
         val kinds = listOf(Open.SUBSCRIPTION, Open.SUBSCRIPTION, Open.CLIENT, Open.SERVICE)
@@ -50,7 +54,16 @@ class OpeningsTest {
     fun aMessageThatTheAppDoesNotTakeAnyMoreIsLate() {
         closed += SMALL
         openings.received("ros", frame(FrameKind.MESSAGE, SMALL, 0))
-        assertEquals(0 to 1L, delivered.size to openings.late)
+        assertEquals(listOf(0, 1), listOf(delivered.size, discarded.size))
+        assertEquals(1, openings.late)
+    }
+
+    @Test
+    fun whatALaterMessageHasLeftBehindIsNotTakenAgain() {
+        for (number in listOf(-1, 0)) openings.received("bulk_1", frame(FrameKind.MESSAGE, LARGE, number))
+        assertEquals(listOf(true, false, false), listOf(0, -1, 0).map { openings.taken(LARGE, it) })
+        openings.received("bulk_1", frame(FrameKind.MESSAGE, LARGE, 1))
+        assertEquals(true, openings.taken(LARGE, 1))
     }
 
     @Test

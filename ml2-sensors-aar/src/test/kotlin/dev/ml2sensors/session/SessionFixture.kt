@@ -33,7 +33,7 @@ internal class ListedOpenings(private vararg val wanted: Open) : AppOpenings {
 
     override fun closed(end: Closed) = Unit
 
-    override fun take(frame: Frame) = true
+    override fun take(frame: Frame, left: () -> Unit) = true
 
     override fun counts(): Map<String, Status.OpeningCounts> = emptyMap()
 }

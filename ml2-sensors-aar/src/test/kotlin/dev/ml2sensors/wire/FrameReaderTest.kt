@@ -6,6 +6,7 @@ import java.io.IOException
 import java.nio.ByteBuffer
 import java.nio.channels.ReadableByteChannel
 import kotlin.random.Random
+import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
@@ -29,8 +30,19 @@ class FrameReaderTest {
         val claimed = 16 shl 20
         for (arriving in listOf(0, 1, 4096, 100_000)) {
             val source = Bytes(frame(16, ByteArray(claimed)).copyOf(FrameHeader.BYTES + arriving))
-            assertFailsWith<EOFException> { FrameReader(source).next(ALL) }
+            assertFailsWith<EOFException> { FrameReader(source, LargeBuffers()).next(ALL) }
             assertTrue(source.largestTarget <= maxOf(4096, 2 * arriving), "${source.largestTarget} for $arriving")
+        }
+    }
+
+    @Test
+    fun largeBodiesArriveInABufferThatIsUsedAgain() {
+        val buffers = LargeBuffers()
+        val bodies = List(3) { Random(it).nextBytes(1 shl 20) }
+        for ((body, count) in bodies.zip(listOf(9, 1, 1))) {
+            val source = Bytes(frame(16, body))
+            assertContentEquals(body, assertNotNull(FrameReader(source, buffers).next(ALL)).body)
+            assertEquals(count, source.targets.size - 1)
         }
     }
 
@@ -72,9 +84,11 @@ class FrameReaderTest {
 private class Bytes(bytes: ByteArray, private val atOnce: Int = Int.MAX_VALUE) : ReadableByteChannel {
     private val source = ByteBuffer.wrap(bytes)
     var largestTarget = 0
+    val targets = HashSet<Int>()
 
     override fun read(target: ByteBuffer): Int {
         largestTarget = maxOf(largestTarget, target.capacity())
+        targets += target.capacity()
         if (!source.hasRemaining()) return -1
         val count = minOf(atOnce, target.remaining(), source.remaining())
         target.put(source.slice().limit(count))
