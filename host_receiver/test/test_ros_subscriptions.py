@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import array
 import functools
+import os
 import random
 import resource
+import signal
 import sys
 import threading
 import time
@@ -220,6 +222,76 @@ def test_large_messages_arrive_on_a_lane_of_their_own_while_the_app_takes_them(
         assert (header.channel, header.sequence) == (1, number)
         assert deserialize_message(payload, UInt8MultiArray) == sent
         lane.send(Kind.TAKEN, channel=1, sequence=number)
+
+
+def bulk_process(receiver: Receiver) -> int | None:
+    """Returns the process in which a receiver takes large messages."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):  # it may just have ended
+            parent = (folder / "stat").read_text().rpartition(")")[2].split()[1]
+            command = (folder / "cmdline").read_bytes()
+            if int(parent) == receiver.process.pid and b"bulk_process" in command:
+                return int(folder.name)
+    return None
+
+
+def test_a_killed_process_of_large_messages_is_back_within_2_s_and_what_it_lost_is_counted(
+    app: MockDevice, node: Node, receiver: Receiver
+) -> None:
+    kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    publisher = node.create_publisher(UInt8MultiArray, "/map", kept)
+    app.open(subscription(1, "/map", BYTES))
+    lane = app.join("bulk_1")
+    # So the receiver knows the publisher, whose numbers tell what is lost
+    await_true(lambda: quality(node, "/map") == (RELIABLE.reliability, kept.durability))
+    published_ns: list[int] = []
+    over = threading.Event()
+
+    def publish() -> None:
+        while not over.wait(0.02):
+            publisher.publish(UInt8MultiArray(data=bytes(100_000)))
+            published_ns.append(time.time_ns())
+
+    def next_after(ns: int) -> int:
+        """Returns when the first message that was published after this time was."""
+        while True:
+            header, _ = app.message("bulk_1")
+            lane.send(Kind.TAKEN, channel=1, sequence=header.sequence)
+            if header.capture_ns > ns:
+                return header.capture_ns
+
+    def unheard_s() -> float:
+        killed, killed_ns = bulk_process(receiver), time.time_ns()
+        assert killed is not None
+        os.kill(killed, signal.SIGKILL)
+        await_true(lambda: bulk_process(receiver) != killed)
+        return (next_after(time.time_ns()) - killed_ns) / 1e9
+
+    with ThreadPoolExecutor(1) as beside:
+        beside.submit(publish)
+        try:
+            first_ns = next_after(0)
+            times_s = sorted(unheard_s() for _ in range(5))
+        finally:
+            over.set()
+    before = sum(it < first_ns for it in published_ns)
+    counts: dict[str, int] = {}
+    while counts.get("produced", 0) + counts.get("missed", 0) < len(published_ns) - before:
+        counts = book(node, "/map")
+    assert counts["produced"] + counts["missed"] == len(published_ns) - before
+    assert counts["missed"] > 0
+    # It starts a process of Python, which other programs delay
+    assert times_s[0] < 2, times_s
+
+
+def test_the_process_of_large_messages_ends_with_a_receiver_that_is_killed(
+    app: MockDevice, receiver: Receiver
+) -> None:
+    app.open(subscription(1, "/map", BYTES))
+    await_true(lambda: bulk_process(receiver) is not None)
+    folder = Path(f"/proc/{bulk_process(receiver)}")
+    receiver.process.kill()
+    await_true(lambda: not (folder / "cmdline").exists() or not (folder / "cmdline").read_bytes())
 
 
 def test_a_queue_of_images_does_not_hold_back_small_messages(node: Node) -> None:

@@ -12,10 +12,12 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from ..configuration.app_rules import AppRules
-from ..session.downlink import Downlink, SubscriptionQueue
+from ..session.downlink import Downlink, Payload, SubscriptionQueue
 from ..session.graph import refused
 from ..wire.frame import Frame
+from ..wire.kinds import ROS
 from ..wire.opening_bodies import Open, Opened
+from .bulk_process import BulkTaker
 from .layout import Described, DifferentError, described, plain
 from .node import RosNode
 from .raw_taker import RawTaker
@@ -31,7 +33,7 @@ _REMEMBERED = 1000
 class Heard:
     """What was taken of a topic: nothing is delivered twice, and what ROS lost is counted.
 
-    Only the taker's thread uses it, but for `publishers`, the identities of those there are.
+    Only the takers' threads use it, but for `publishers`, the identities of those there are.
     """
 
     def __init__(self) -> None:
@@ -72,11 +74,14 @@ class _Subscription:
         self.queue, self.own, self.heard = queue, own, heard
 
     def take(self, payload: bytes, info: Mapping[str, int]) -> None:
-        source_ns, number = info["source_timestamp"], info["publication_sequence_number"]
+        times = info["source_timestamp"], info["publication_sequence_number"]
+        self.take_plain(plain(payload, self.own.layout), *times)
+
+    def take_plain(self, payload: Payload, source_ns: int, number: int) -> None:
         if self.heard.is_new((source_ns, number)):
             if (missed := self.heard.missed(number)) > 0:
                 self.queue.miss(missed)
-            self.queue.put(plain(payload, self.own.layout), source_ns)
+            self.queue.put(payload, source_ns)
 
 
 class RosGraph:
@@ -93,6 +98,7 @@ class RosGraph:
         self._lock = threading.Lock()
         self._node: Node | None = None
         self._taker: RawTaker | None = None
+        self._bulk_taker: BulkTaker | None = None
         self._open: dict[int, _Subscription] = {}
         steady_timer(node.parameters, _FOLLOW_S, self._follow)
 
@@ -100,6 +106,8 @@ class RosGraph:
         return self
 
     def __exit__(self, *_: object) -> None:
+        if self._bulk_taker is not None:
+            self._bulk_taker.stop()
         if self._taker is not None and self._node is not None:
             self._taker.stop()
             self._node.destroy_node()
@@ -140,7 +148,7 @@ class RosGraph:
         subscription = _Subscription(queue, own, _qos(publishers, queue.depth), heard)
         with self._lock:
             self._open[wanted.id] = subscription
-            self._running().add(subscription)
+            self._taker_of(subscription).add(subscription)
         return Opened(
             wanted.id,
             "opened",
@@ -154,10 +162,17 @@ class RosGraph:
         with self._lock:
             found = self._open.pop(id, None)
             if found is not None:
-                self._running().remove(found)
+                self._taker_of(found).remove(found)
 
     def received(self, frame: Frame) -> None:
         """Takes nothing: subscriptions get no frames on the lane ros."""
+
+    def _taker_of(self, subscription: _Subscription) -> RawTaker | BulkTaker:
+        if subscription.queue.lane is ROS:
+            return self._running()
+        if self._bulk_taker is None:
+            self._bulk_taker = BulkTaker(self._ros.parameters, self._failed)
+        return self._bulk_taker
 
     def _running(self) -> RawTaker:
         """Returns the taker, made with its node when the first name is opened."""
@@ -200,7 +215,7 @@ class RosGraph:
         with self._lock:
             if self._open.get(id) is old:
                 self._open[id] = new
-                self._running().replace(old, new)
+                self._taker_of(old).replace(old, new)
 
 
 def _identities(publishers: list[TopicEndpointInfo]) -> tuple[bytes, ...]:

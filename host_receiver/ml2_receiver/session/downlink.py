@@ -12,7 +12,7 @@ from ..wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Lane
 from ..wire.opening_bodies import DEFAULT_DEPTH, Open, SubscriptionStatus
 from .books import Books, SubscriptionReport
 
-type Payload = bytes | mmap.mmap
+type Payload = bytes | bytearray | mmap.mmap
 type Pieces = Iterable[bytes | memoryview]
 
 # What waits in all queues of a session together, in bytes: on `ros`, and on the lanes `bulk_N`.
