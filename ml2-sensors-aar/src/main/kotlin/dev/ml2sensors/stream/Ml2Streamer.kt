@@ -87,7 +87,8 @@ public class Ml2Streamer(
      * (`app.subscribe`). Messages of before [start] and of outages do not come, except those that the topic keeps for
      * late subscribers; such come again after each outage. No other message comes twice. The flow ends with the
      * streamer. Each collector has a subscription of its own, at most 64 at a time, and decodes in its own coroutine.
-     * A message of more than 64 KiB, or of more than 16 MiB if its type has a sequence of bytes or of messages, and one that is not CDR of the type, is left out and counted.
+     * A message of more than 64 KiB, or of more than 16 MiB if its type has a sequence of bytes or of messages, and one
+     * that is not CDR of the type, is left out and counted.
      *
      * @param serializer of a class as [Cdr] describes it, whose `@SerialName` is the ROS type, such as
      * `sensor_msgs/msg/JointState`. The receiver compares the order and types of the fields with those of the ROS type.
