@@ -16,6 +16,7 @@ from ml2_receiver.transport.access import Access, Everybody, PairedOnly
 from ml2_receiver.transport.listener import listen
 from scene import REQUEST
 from tls_device import Certificate, StreamingDevice
+from waiting import LIMIT_S
 
 BATTERY = "battery"
 UNPAIRED_ADDRESS = "127.0.0.2"
@@ -77,7 +78,7 @@ class SecureReceiver:
 
     def connect(self) -> socket.socket:
         """An unpaired peer's bare connection."""
-        return socket.create_connection(self.address, 5, (UNPAIRED_ADDRESS, 0))
+        return socket.create_connection(self.address, LIMIT_S, (UNPAIRED_ADDRESS, 0))
 
     def received(self) -> int:
         return len(self.sink.payloads[BATTERY])

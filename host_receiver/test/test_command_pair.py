@@ -15,6 +15,7 @@ from ros_processes import Child
 from terminal import OnTerminal
 from test_pairing_listener import ERROR, PAIR, PAIRED, PairingScene, read, send
 from tls_device import Certificate
+from waiting import LIMIT_S
 
 CONFIG = only("battery: {enabled: true}")
 
@@ -94,7 +95,7 @@ def test_strangers_do_not_make_the_code_scroll_away(tmp_path: Path, keys: Path) 
     with pair_command(keys) as pairing:
         device = Device(tmp_path, PairingUri.parse(pairing.line()))
         for _ in range(50):
-            with socket.create_connection(device.address, 10) as other:
+            with socket.create_connection(device.address, LIMIT_S) as other:
                 other.sendall(b"GET / HTTP/1.1\r\n\r\n")
                 with suppress(ConnectionError):
                     other.recv(100)

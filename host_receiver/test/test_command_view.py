@@ -268,7 +268,7 @@ def await_refused(port: int) -> None:
         while True:
             # Reset if it is accepted by nobody before the port is closed
             with suppress(ConnectionResetError):
-                socket.create_connection(("127.0.0.1", port), 5).close()
+                socket.create_connection(("127.0.0.1", port), LIMIT_S).close()
 
 
 def answer(to: str, is_done: bool, text: str) -> dict[str, Any]:

@@ -53,7 +53,7 @@ class PairingScene:
         self.certificate = Certificate(folder / "device", "device")
 
     def connect(self, context: ssl.SSLContext | None = None) -> ssl.SSLSocket:
-        bare = socket.create_connection(self.address, 10)
+        bare = socket.create_connection(self.address, LIMIT_S)
         return (context or anonymous_context()).wrap_socket(bare)
 
     def answer(self, nonce: str, **changes: Any) -> dict[str, Any]:
@@ -229,8 +229,8 @@ def test_plaintext_and_silence_do_not_keep_a_device_out(
 ) -> None:
     monkeypatch.setattr(pairing_listener, "_EXCHANGE_S", 3.0)
     with (
-        socket.create_connection(scene.address, 10) as silent,
-        socket.create_connection(scene.address, 10) as plain,
+        socket.create_connection(scene.address, LIMIT_S) as silent,
+        socket.create_connection(scene.address, LIMIT_S) as plain,
     ):
         send(plain, PAIR, {})
         assert scene.pair()[0] == PAIRED
@@ -261,7 +261,7 @@ def test_silent_connections_do_not_keep_a_device_of_another_machine_out(
     unpaired = ("127.0.0.2", 0)
     with ExitStack() as stack:
         held = [
-            stack.enter_context(socket.create_connection(scene.address, 10, unpaired))
+            stack.enter_context(socket.create_connection(scene.address, LIMIT_S, unpaired))
             for _ in range(40)
         ]
         assert scene.pair()[0] == PAIRED
@@ -276,7 +276,7 @@ def test_a_flood_of_connections_is_bounded_before_the_handshake(
     threads = threading.active_count()
     with ExitStack() as stack:
         held = [
-            stack.enter_context(socket.create_connection(scene.address, 10, (host, 0)))
+            stack.enter_context(socket.create_connection(scene.address, LIMIT_S, (host, 0)))
             for host in hosts * (500 // len(hosts))
         ]
         # So many at a time, the newest of them; the others are closed without having said anything.

@@ -29,9 +29,13 @@ IMAGE = TABLE.streams["world_left"].topics[0]
 IMU = TABLE.streams["gyro_left"].topics[0]
 HERE = Path(__file__).parent
 CUTS = 50
-# A put with CongestionControl.BLOCK would wait for 5 s, until Zenoh gives up the connection.
-BLOCKED_S = 1.0
-FAST_RETRY = "{connect: {retry: {period_init_ms: 20, period_max_ms: 20}}}"
+# A put with CongestionControl.BLOCK would wait for so long, until Zenoh gives up the connection.
+BLOCKED_S = LIMIT_S / 2
+SETTINGS = f"""{{
+  connect: {{retry: {{period_init_ms: 20, period_max_ms: 20}}}},
+  transport: {{link: {{tx: {{queue: {{congestion_control: {{
+    block: {{wait_before_close: {BLOCKED_S * 1e6:.0f}}}}}}}}}}}}},
+}}"""
 
 
 SUBSCRIBE = """
@@ -122,8 +126,8 @@ class Subscriber:
 
 @contextmanager
 def outputs(endpoint: str, tmp_path: Path) -> Iterator[Outputs]:
-    file = tmp_path / "retry.json5"
-    file.write_text(FAST_RETRY)
+    file = tmp_path / "settings.json5"
+    file.write_text(SETTINGS)
     with zenoh.open(session_configuration(endpoint, file)) as session:
         links: SimpleQueue[zenoh.SampleKind] = SimpleQueue()
         session.info.declare_transport_events_listener(lambda event: links.put(event.kind))
