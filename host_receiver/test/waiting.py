@@ -10,6 +10,11 @@ LIMIT_S = float(os.environ.get("ML2S_TEST_LIMIT_S", "120"))
 GRACE_S = LIMIT_S / 8
 
 
+def durations_s(shortest_s: float) -> tuple[float, float, float]:
+    """How long to run what ends by time, one after another until it has shown enough."""
+    return shortest_s, 5 * shortest_s, LIMIT_S
+
+
 def await_true(is_true: Callable[[], bool]) -> None:
     """Asks again and again, where nothing tells when; fails when it does not come so."""
     deadline_s = time.monotonic() + LIMIT_S

@@ -15,7 +15,7 @@ import pytest
 from configurations import only
 from processes import PREFIX, ROOT, isolated_environment
 from shaped_link import why_not
-from waiting import LIMIT_S
+from waiting import durations_s
 
 DEMO = ROOT / "build" / "demo"
 
@@ -41,7 +41,7 @@ def run_until(
     *options: str,
 ) -> subprocess.CompletedProcess[str]:
     """Runs the demo, ever longer on a slow machine, until it has shown enough."""
-    for duration_s in (shortest_s, 5 * shortest_s, LIMIT_S):
+    for duration_s in durations_s(shortest_s):
         demo = run_demo(folder, sections, "--duration", f"{duration_s}", *options)
         if demo.returncode == 0 and is_enough(demo):
             break
