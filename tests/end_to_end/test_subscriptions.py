@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import itertools
 import json
 import os
 import random
 import re
+import struct
+import threading
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from subprocess import Popen
 from typing import NamedTuple
@@ -17,13 +21,19 @@ from typing import NamedTuple
 import pytest
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import (
+    DurabilityPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_sensor_data,
+)
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String
+from std_msgs.msg import String, UInt8MultiArray
 
 from configurations import only
 from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from processes import (
     headset_command,
     isolated_environment,
@@ -34,10 +44,16 @@ from processes import (
 )
 from proxy import Proxy
 from test_ros_subscriptions import book
-from waiting import await_true
+from waiting import LIMIT_S, await_true
 
-CONFIG = only("app: {subscribe: [/chatter, /joint_states, /map]}")
+CONFIG = only(
+    "app: {subscribe: [/chatter, /joint_states, /map, /cloud]}, other_sensors: {enabled: true}"
+)
 STRING, JOINTS = "std_msgs/msg/String", "sensor_msgs/msg/JointState"
+BYTES = "std_msgs/msg/UInt8MultiArray"
+# A layout without dimensions and offset, then the bytes
+HEAD = bytes((0, 1, 0, 0)) + bytes(8)
+MOST_BYTES = (16 << 20) - len(HEAD) - 4
 KEPT = QoSProfile(depth=200)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TEXTS = ["", "Größe 頭", '"\\\n', "x" * 400, *map(str, range(16))]
@@ -134,6 +150,33 @@ def test_values_times_and_numbers_are_those_that_were_published(
         assert times_ns == sorted(times_ns)
     assert "/chatter: 20 messages" in rest
     assert "/joint_states: 20 messages" in rest
+
+
+def test_large_messages_are_those_that_were_published_beside_sensors(
+    node: Node, address: str, tmp_path: Path
+) -> None:
+    cloud = node.create_publisher(UInt8MultiArray, "/cloud", KEPT)
+    sample = threading.Semaphore(0)
+    imu = RawSubscription(
+        "sensor_msgs/msg/Imu",
+        "/magic_leap2/accel_left/imu",
+        qos_profile_sensor_data,
+        lambda _: sample.release(),
+    )
+    with ExitStack() as stack:
+        headset = stack.enter_context(subscribing(address, tmp_path, ("/cloud", BYTES)))
+        taker = RawTaker(stack.enter_context(tool_node("imu")), [imu], lambda _, error: None)
+        stack.callback(taker.stop)
+        await_true(lambda: is_heard_reliably(node, cloud))
+        messages = printed(headset)
+        for number, size in enumerate((1_000_000, 4, MOST_BYTES, 1_000_000, MOST_BYTES)):
+            data = random.Random(number).randbytes(size)
+            cloud.publish(UInt8MultiArray(data=data))
+            got = next(messages)
+            payload = HEAD + struct.pack("<I", size) + data
+            text = f"of {len(payload)} bytes, SHA-256 {hashlib.sha256(payload).hexdigest()}"
+            assert (got.number, got.text) == (number, text if size > 500 else payload.hex())
+            assert sample.acquire(timeout=LIMIT_S)
 
 
 def test_a_refused_topic_says_why_and_the_others_go_on(

@@ -20,6 +20,7 @@ import kotlinx.serialization.KSerializer
 import kotlinx.serialization.json.Json
 import java.nio.ByteBuffer
 import java.nio.ByteOrder
+import java.security.MessageDigest
 import kotlin.time.Duration.Companion.milliseconds
 
 /** Publishes `custom/app_uptime`, the seconds since this was created, ten times a second: an example of a custom topic. */
@@ -47,7 +48,8 @@ internal class AppUptime(streamer: Ml2Streamer, private val clock: DeviceClock) 
 internal class PrintedTopic(private val topic: String, private val type: String) {
     /**
      * Prints each message of the topic until the streamer ends or the receiver refuses it: as JSON if this program has
-     * a class of the type, else in hexadecimal; a long one by its length. The last line says how many there were.
+     * a class of the type, else in hexadecimal; a long one by its length, or by its length and SHA-256. The last line says
+     * how many there were.
      *
      * @throws UsageError if the topic or type is none.
      */
@@ -72,20 +74,22 @@ internal class PrintedTopic(private val topic: String, private val type: String)
     }
 
     private fun lines(streamer: Ml2Streamer): Flow<String> = CLASSES[type]?.let { lines(streamer, it) }
-        ?: streamer.subscribe(topic, type, KEEP).map { line(it, it.message.toHex(), it.message.remaining()) }
+        ?: streamer.subscribe(topic, type, KEEP).map { line(it, it.message.toText()) }
 
     private fun <T> lines(streamer: Ml2Streamer, serializer: KSerializer<T>): Flow<String> =
         streamer.subscribe(topic, serializer, KEEP).map {
             val text = JSON.encodeToString(serializer, it.message)
-            line(it, text, text.length)
+            line(it, if (text.length > MOST) "of ${text.length} characters" else text)
         }
 
-    private fun line(received: Received<*>, text: String, length: Int): String {
-        val published = received.publishedNanos ?: "unknown"
-        return "$topic ${received.number} $published " + if (length > MOST) "of $length characters" else text
-    }
+    private fun line(received: Received<*>, text: String) =
+        "$topic ${received.number} ${received.publishedNanos ?: "unknown"} $text"
 
-    private fun ByteBuffer.toHex() = ByteArray(minOf(remaining(), MOST + 1)).also { duplicate().get(it) }.toHexString()
+    private fun ByteBuffer.toText(): String {
+        if (remaining() <= MOST) return ByteArray(remaining()).also { duplicate().get(it) }.toHexString()
+        val hash = MessageDigest.getInstance("SHA-256").apply { update(duplicate()) }.digest().toHexString()
+        return "of ${remaining()} bytes, SHA-256 $hash"
+    }
 
     private companion object {
         /** Characters of JSON or bytes that are printed. */
