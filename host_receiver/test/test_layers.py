@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 LAYERS = {
     "ml2_receiver": (
         "printable", "json_text", "errors", "user_folder", "private_files", "stop_limit",
-        "generated", "wire", "table", "configuration", "security", "processes",
+        "generated", "pacing", "wire", "table", "configuration", "security", "processes",
         "transport", "pairing", "session", "topics", "recording", "ros",
         "zenoh", "commands", "cli", "__main__",
     ),

@@ -1,9 +1,11 @@
 """What an app may open, and what comes of its frames; tests/conformance has the malformed ones."""
 
 import random
+import socket
 import threading
 import time
-from collections import Counter
+from collections import Counter, deque
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -11,18 +13,22 @@ import pytest
 from fake_sink import FakeGraph
 from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.errors import ErrorCode, ProtocolError
+from ml2_receiver.pacing import Pacing
 from ml2_receiver.session.books import Book, Books
 from ml2_receiver.session.downlink import Downlink, Pieces, SubscriptionQueue
 from ml2_receiver.session.openings import LANE_KINDS, Openings
+from ml2_receiver.transport.transport import PlainTransport
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, FrameParser, Header
 from ml2_receiver.wire.json_body import JsonBody
 from ml2_receiver.wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Side
 from ml2_receiver.wire.opening_bodies import Close, Closed, Failure, Open, Opened
+from waiting import LIMIT_S, await_true
 
 ANY = NameRules(("/**",))
 SMALL, LARGE, CLIENT, SERVICE = 1, 2, 3, 4
 PAYLOAD = b"\0\1\0\0\0"
 LAST = (1 << 32) - 1
+SLICE, SEGMENT = 16 << 10, 1460
 
 
 def of(rules: AppRules, graph: FakeGraph) -> Openings:
@@ -334,6 +340,81 @@ def test_an_app_that_takes_nothing_holds_128_mib(downlink: Downlink) -> None:
     downlink.taken(2, 1)
     writing.join()
     assert lanes[0].numbers == [(1, 0), (1, 1), (5, 0)]
+
+
+def test_the_kernel_tells_what_is_under_way() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        peer = socket.create_connection(server.getsockname(), LIMIT_S)
+        transport = PlainTransport(server.accept()[0])
+    while transport.send(bytes(1 << 16)):
+        pass
+    assert transport.unacknowledged() > 0
+    assert 0 < transport.least_round_trip_s() < LIMIT_S
+    with ThreadPoolExecutor(1) as beside, peer:
+        beside.submit(lambda: all(iter(lambda: peer.recv(1 << 20), b"")))
+        await_true(lambda: transport.unacknowledged() == 0)
+        transport.end()
+    transport.close()
+    assert (transport.unacknowledged(), transport.least_round_trip_s()) == (0, 0)
+
+
+class VirtualLink:
+    """A link of a rate in B/s and a round trip in s, with a queue, in virtual time."""
+
+    def __init__(self, rate: float, round_trip_s: float) -> None:
+        self.rate, self._round_trip_s = rate, round_trip_s
+        self.now_s = self._free_s = 0.0
+        self._unacknowledged: deque[tuple[float, int]] = deque()
+        self.written = self.delivered = 0
+
+    def sleep(self, seconds: float) -> None:
+        self.now_s += seconds
+
+    def write(self, length: int) -> float:
+        """Returns how long its first byte waits for the link."""
+        begin_s = max(self.now_s, self._free_s)
+        self.written += length
+        for begin in range(0, length, SEGMENT):
+            segment = min(SEGMENT, length - begin)
+            self._free_s = max(self.now_s, self._free_s) + segment / self.rate
+            self._unacknowledged.append((self._free_s + self._round_trip_s, segment))
+        return begin_s - self.now_s
+
+    def unacknowledged(self) -> int:
+        while self._unacknowledged and self._unacknowledged[0][0] <= self.now_s:
+            self.delivered += self._unacknowledged.popleft()[1]
+        return self.written - self.delivered
+
+    def least_round_trip_s(self) -> float:
+        return self._round_trip_s
+
+    def fill(self, pacing: Pacing, seconds: float) -> tuple[float, float]:
+        """Returns the used part of the link, and the longest queue in s."""
+        end_s, before, longest_s = self.now_s + seconds, self.delivered, 0.0
+        while self.now_s < end_s:
+            pacing.wait(SLICE)
+            longest_s = max(longest_s, self.write(SLICE))
+            pacing.written(SLICE)
+        return (self.delivered - before) / (self.rate * seconds), longest_s
+
+
+@pytest.mark.parametrize("mbit_per_s", [10, 30, 100, 300, 1000])
+@pytest.mark.parametrize("round_trip_ms", [1, 5, 20])
+def test_large_messages_fill_a_link_and_have_a_queue_of_3_ms_in_it(
+    mbit_per_s: int, round_trip_ms: int
+) -> None:
+    link = VirtualLink(mbit_per_s * 1e6 / 8, round_trip_ms / 1e3)
+    pacing = Pacing(lambda: False, lambda: link.now_s, link.sleep)
+    pacing.add(link)
+    link.fill(pacing, 1)
+    used, longest_s = link.fill(pacing, 1)
+    assert used > 0.9
+    # A slice is written whole, and the rate is known to a slice in 20 ms
+    assert longest_s < 0.0035 + 2 * SLICE / link.rate
+    link.rate /= 10
+    link.fill(pacing, 0.5)
+    _, longest_s = link.fill(pacing, 1)
+    assert longest_s < 0.0035 + 2 * SLICE / link.rate
 
 
 def test_messages_beyond_max_hz_have_no_number(

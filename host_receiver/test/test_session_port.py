@@ -17,6 +17,7 @@ from ml2_receiver.transport.listener import everywhere, text
 from ml2_receiver.wire.messages import AllowedUses
 from ml2_receiver.wire.opening_bodies import Open
 from mock_device import MockDevice
+from test_server import mark_of
 from tls_device import Certificate
 
 
@@ -91,6 +92,19 @@ def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
             said += capsys.readouterr().out
         with MockDevice(f"127.0.0.1:{port}", tls=certificate.context()) as device:
             device.connect()
+
+
+def test_small_messages_of_ros_are_marked_urgent_and_large_ones_give_way(tmp_path: Path) -> None:
+    with ExitStack() as stack:
+        port = stack.enter_context(
+            SessionPort(options(tmp_path, insecure=True, listen=("127.0.0.1", 0)))
+        )
+        server = new_server(port, only_config("app: {subscribe: ['/**']}"), FakeSink(), FakeGraph())
+        stack.enter_context(running(server, port))
+        app = stack.enter_context(MockDevice(server.address, has_ros=True))
+        app.reach_configure()
+        marks = {lane: mark_of(app.join(lane).socket) for lane in ("ros", "bulk_1", "bulk_4")}
+    assert marks == {"ros": 48 << 2, "bulk_1": 8 << 2, "bulk_4": 8 << 2}
 
 
 @pytest.mark.parametrize("has_control", [False, True])

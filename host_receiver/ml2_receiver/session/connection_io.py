@@ -6,12 +6,13 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from ipaddress import ip_address
 from math import inf
 
 from ..transport.transport import CS1, CS6, Transport
 from ..wire.frame import Frame, FrameParser, encode_frame
 from ..wire.json_body import JsonBody
-from ..wire.kinds import BULK_LANES, ROS_LANES, Kind, Side
+from ..wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Side
 from .actions import Ending
 from .connection import Connection
 from .downlink import Pieces
@@ -87,9 +88,13 @@ class ConnectionIO:
         lane = self.connection.lane
         if lane in ROS_LANES and openings is not None:
             assert lane is not None
+            send_all = self._send_all
+            if lane is not ROS and not ip_address(self.connection.host).is_loopback:
+                openings.downlink.pacing.add(self.transport)
+                send_all = self._send_paced
             self._writer = threading.Thread(
                 target=openings.downlink.write,
-                args=[lane, self._send_all],
+                args=[lane, send_all],
                 name=f"{lane.name}-writer",
                 daemon=True,
             )
@@ -99,6 +104,17 @@ class ConnectionIO:
         with self._writing:
             for piece in pieces:
                 self.transport.send_all(piece)
+
+    def _send_paced(self, pieces: Pieces) -> None:
+        assert self.connection.openings is not None
+        pacing = self.connection.openings.downlink.pacing
+        with self._writing:
+            for piece in pieces:
+                pacing.wait(len(piece))
+                try:
+                    self.transport.send_all(piece)
+                finally:
+                    pacing.written(len(piece))
 
     def answer_time(self, request: Frame, received_ns: int) -> None:
         """Sends the TIME_REPLY to a TIME_REQUEST that was received at this ROS time.

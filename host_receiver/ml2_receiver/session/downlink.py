@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
+from ..pacing import Pacing
 from ..wire.frame import encode_header
 from ..wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Lane
 from ..wire.opening_bodies import DEFAULT_DEPTH, Open, SubscriptionStatus
@@ -105,6 +106,7 @@ class Downlink:
         sending: is called with the opening and the number of each message on `bulk_N`, before it is
             sent.
         is_over: True after stop().
+        pacing: that of what is sent on `bulk_N`.
     """
 
     def __init__(self, books: Books) -> None:
@@ -118,6 +120,7 @@ class Downlink:
         # Numbers and lengths of what the app has not taken, also of openings that have ended
         self._untaken: dict[int, deque[tuple[int, int]]] = {}
         self.is_over = False
+        self.pacing = Pacing(lambda: self.is_over)
 
     def queue(self, wanted: Open, name: str, *, is_bulk: bool = False) -> SubscriptionQueue:
         """Returns where to put the messages of a subscription, until close()."""

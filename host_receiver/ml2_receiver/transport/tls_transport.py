@@ -10,7 +10,7 @@ from ..errors import ErrorCode, ProtocolError
 from ..security.contexts import ALPN
 from ..security.identity import fingerprint
 from ..wire.frame import MAGIC
-from .transport import mark
+from .transport import least_round_trip_s, mark, unacknowledged
 
 _MAGIC_BYTE = bytes([MAGIC & 0xFF])
 _SCRATCH_BYTES = 64 * 1024
@@ -107,6 +107,12 @@ class TlsTransport:
             while data:
                 data = data[self._tls.write(data) :]
         return data
+
+    def unacknowledged(self) -> int:
+        return unacknowledged(self._tls)
+
+    def least_round_trip_s(self) -> float:
+        return least_round_trip_s(self._tls)
 
     def end_output(self) -> None:
         with self._lock:

@@ -1,6 +1,9 @@
 """The transport of one connection: its interface, and the plaintext implementation."""
 
+import fcntl
 import socket
+import sys
+import termios
 from contextlib import suppress
 from typing import Protocol
 
@@ -8,6 +11,9 @@ _SCRATCH_BYTES = 64 * 1024
 # DSCP 48 and 8 in the upper six bits, RFC 2474: what is urgent, as the headset marks the same
 # connections, and what gives way to all other data.
 CS6, CS1 = 48 << 2, 8 << 2
+_INT_BYTES = 4
+# Where tcpi_min_rtt, in microseconds, ends in struct tcp_info of linux/tcp.h.
+_MIN_RTT_END = 152
 
 
 class Transport(Protocol):
@@ -48,6 +54,12 @@ class Transport(Protocol):
     def send_all(self, data: bytes | memoryview) -> None:
         """Sends all of `data`, and waits for room in the send buffer."""
 
+    def unacknowledged(self) -> int:
+        """Returns the bytes that the peer has not acknowledged; 0 when the connection is closed."""
+
+    def least_round_trip_s(self) -> float:
+        """Returns the least round trip that TCP has seen; 0 if it does not tell."""
+
     def end_output(self) -> None:
         """Ends the output; input that arrives from now on may be lost."""
 
@@ -70,6 +82,26 @@ def mark(connected: socket.socket, traffic_class: int) -> None:
         if connected.family == socket.AF_INET6:
             connected.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_TCLASS, traffic_class)
         connected.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, traffic_class)
+
+
+def unacknowledged(connected: socket.socket) -> int:
+    """Returns what the kernel keeps, as Transport.unacknowledged()."""
+    try:
+        kept = fcntl.ioctl(connected, termios.TIOCOUTQ, bytes(_INT_BYTES))
+    except (OSError, ValueError):  # it is closed
+        return 0
+    return int.from_bytes(kept, sys.byteorder)
+
+
+def least_round_trip_s(connected: socket.socket) -> float:
+    """Returns what TCP has seen, as Transport.least_round_trip_s()."""
+    try:
+        info = connected.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _MIN_RTT_END)
+    except OSError:  # it is closed
+        return 0.0
+    if len(info) < _MIN_RTT_END:
+        return 0.0
+    return int.from_bytes(info[-_INT_BYTES:], sys.byteorder) * 1e-6
 
 
 class PlainTransport:
@@ -101,6 +133,12 @@ class PlainTransport:
 
     def send_all(self, data: bytes | memoryview) -> None:
         self._socket.sendall(data)
+
+    def unacknowledged(self) -> int:
+        return unacknowledged(self._socket)
+
+    def least_round_trip_s(self) -> float:
+        return least_round_trip_s(self._socket)
 
     def end_output(self) -> None:
         self._socket.shutdown(socket.SHUT_WR)

@@ -1,0 +1,96 @@
+"""Bounds what large messages to the headset have under way; ARCHITECTURE.md, Pacing."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+_POLL_S = 0.0005
+# The delay that large messages may add to the path, and no more than that: images of the headset,
+# whose acknowledgements come back behind them, take 6 ms for a queue of their own.
+_QUEUE_S = 0.003
+# More than the last segment of a slice, which TCP acknowledges 40 ms late.
+_LEAST_BYTES = 16 << 10
+_WINDOW_S, _INTERVAL_S, _BURST_S = 0.4, 0.002, 0.02
+
+
+class SendQueue(Protocol):
+    """What the kernel keeps of a connection until the peer acknowledges it."""
+
+    def unacknowledged(self) -> int:
+        """Returns its bytes; 0 when the connection is closed."""
+
+    def least_round_trip_s(self) -> float:
+        """Returns the least round trip of the connection."""
+
+
+class Pacing:
+    """Lets the lanes of one session write in slices. Thread-safe.
+
+    A slice is written while less is under way than the link delivers in its least round trip and
+    3 ms. A link with room then delivers more at each round trip, so the bound grows until the link
+    has a queue of 3 ms.
+
+    Args:
+        is_over: returns True when nothing is to wait any more.
+    """
+
+    def __init__(
+        self,
+        is_over: Callable[[], bool],
+        now_s: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self._is_over, self._now_s, self._sleep = is_over, now_s, sleep
+        self._turn, self._lock = threading.Lock(), threading.Lock()
+        self._queues: list[SendQueue] = []
+        self._granted = self._written = 0
+        # Times in s, with the bytes acknowledged by then, and with rates that none later exceeds
+        self._totals: deque[tuple[float, int]] = deque()
+        self._rates: deque[tuple[float, float]] = deque()
+
+    def add(self, queue: SendQueue) -> None:
+        """Paces one more connection."""
+        with self._lock:
+            self._queues.append(queue)
+
+    def wait(self, length: int) -> None:
+        """Waits until a slice may be written; call written() afterwards."""
+        with self._turn:
+            while not self._may_write() and not self._is_over():
+                self._sleep(_POLL_S)
+            with self._lock:
+                self._granted += length
+
+    def written(self, length: int) -> None:
+        """Takes note that a slice was handed to the kernel, or its connection was lost."""
+        with self._lock:
+            self._granted -= length
+            self._written += length
+
+    def _may_write(self) -> bool:
+        with self._lock:
+            waiting = sum(it.unacknowledged() for it in self._queues)
+            delivered = self._delivered(self._written - waiting)
+            least_s = min((it.least_round_trip_s() for it in self._queues), default=0.0)
+            most = max(_LEAST_BYTES, delivered * (least_s + _QUEUE_S))
+            return self._granted + waiting < most
+
+    def _delivered(self, acknowledged: int) -> float:
+        """Returns the greatest rate over 20 ms in B/s: between messages the link rests."""
+        now_s, totals, rates = self._now_s(), self._totals, self._rates
+        if not totals or now_s - totals[-1][0] >= _INTERVAL_S:
+            known = totals[-1][1] if totals else 0
+            totals.append((now_s, max(acknowledged, known)))
+            while len(totals) > 1 and now_s - totals[1][0] >= _BURST_S:
+                totals.popleft()
+            passed_s = now_s - totals[0][0]
+            if passed_s >= _BURST_S:
+                rate = (totals[-1][1] - totals[0][1]) / passed_s
+                while rates and rates[-1][1] <= rate:
+                    rates.pop()
+                rates.append((now_s, rate))
+        while rates and now_s - rates[0][0] > _WINDOW_S:
+            rates.popleft()
+        return rates[0][1] if rates else 0.0
