@@ -8,6 +8,7 @@ import dev.ml2sensors.simulator.signal.emitAndRelease
 import dev.ml2sensors.simulator.signal.waitUntil
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
@@ -45,13 +46,20 @@ internal class SimulatedCamera2 : SensorSource {
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
         // Poses must be read on one thread, and the first frame waits for the scene to be built
         Executors.newSingleThreadExecutor().asCoroutineDispatcher().use { thread ->
-            val camera = withContext(thread) { OpenColorCamera(values, stream == StreamTable.mixedReality) }
+            // A flow that ends meanwhile loses what withContext returns, but not this
+            var opened: ColorPoses.Tracker? = null
             try {
+                val camera = withContext(thread) {
+                    val poses =
+                        checkNotNull(NativeColorPoses.open()) { "the simulated device has the vendor's library" }
+                    opened = poses
+                    OpenColorCamera(values, stream == StreamTable.mixedReality, poses)
+                }
                 while (NativeHeadsetClock.waitUntil(camera.nextNanos, life)) {
                     withContext(thread) { camera.next() }.forEach { emitAndRelease(it) }
                 }
             } finally {
-                withContext(NonCancellable + thread) { camera.close() }
+                withContext(NonCancellable + thread) { opened?.close() }
             }
         }
     }
@@ -60,13 +68,16 @@ internal class SimulatedCamera2 : SensorSource {
     override fun close(): Unit = life.cancel()
 }
 
-/** An open colour camera. Use it only on the thread that created it. */
-private class OpenColorCamera(private val values: StreamValues, private val withHologram: Boolean) : AutoCloseable {
+/** An open colour camera. Use it only on the thread that created it, and opened [poses]. */
+private class OpenColorCamera(
+    private val values: StreamValues,
+    private val withHologram: Boolean,
+    private val poses: ColorPoses.Tracker,
+) {
     private val width = checkNotNull(values.width)
     private val height = checkNotNull(values.height)
     private val numbers = LongArray(NUMBERS)
     private val tag = FloatArray(TAG_NUMBERS)
-    private val poses = checkNotNull(NativeColorPoses.open()) { "the simulated device has the vendor's library" }
     private val buffers = BufferPool(width * height * 3 / 2, RAW_IMAGES)
     private val frameNumber get() = numbers[0]
     private val deviceNanos get() = numbers[1]
@@ -128,8 +139,6 @@ private class OpenColorCamera(private val values: StreamValues, private val with
         val (k1, k2, p1, p2, k3) = List(5) { tag[7 + it].toDouble() }
         return Intrinsics(width, height, fx, fy, cx, cy, Distortion.PlumbBob(k1, k2, p1, p2, k3))
     }
-
-    override fun close(): Unit = poses.close()
 
     private companion object {
         const val NUMBERS = 4

@@ -10,11 +10,17 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.asCoroutineDispatcher
+import kotlinx.coroutines.flow.collect
 import kotlinx.coroutines.flow.onEach
 import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import java.nio.file.Path
+import java.util.concurrent.Executor
+import java.util.concurrent.LinkedBlockingQueue
 import kotlin.io.path.absolute
 import kotlin.io.path.createDirectories
 import kotlin.math.sqrt
@@ -41,6 +47,20 @@ class SimulatedHeadsetTest {
         val numbers = found.filterIsInstance<ImageSample>().map { it.frameNumber }
         assertEquals(numbers.first() + numbers.size - 1 + lost.sumOf { it.count }, numbers.last())
         assertEquals(numbers.sorted().distinct(), numbers)
+    }
+
+    @Test
+    fun aColourCameraThatIsClosedWhileItOpensCanBeOpenedAgain() {
+        val steps = LinkedBlockingQueue<Runnable>()
+        val frames = CoroutineScope(Executor(steps::put).asCoroutineDispatcher()).launch {
+            headset.samples(StreamTable.color, COLOR).collect()
+        }
+        steps.take().run()
+        val opened = steps.take()
+        frames.cancel()
+        opened.run()
+        while (!frames.isCompleted) steps.take().run()
+        assertEquals(1, samples(StreamTable.color, COLOR, count = 1).size)
     }
 
     @Test
