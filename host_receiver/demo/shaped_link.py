@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import delayed_link
 
@@ -66,8 +67,19 @@ class Link:
 
 
 @contextlib.contextmanager
-def link(congestion: str, rate_mbit: float, rtt_ms: float = 0.0) -> Iterator[Link]:
-    """Makes a link whose TCP connections use this congestion control."""
+def link(
+    congestion: str,
+    rate_mbit: float,
+    rtt_ms: float = 0.0,
+    way_back: Literal["free", "own", "shared"] = "free",
+) -> Iterator[Link]:
+    """Makes a link whose TCP connections use this congestion control.
+
+    Args:
+        way_back: what the receiver sends has no rate, the same rate of its own, or shares the rate
+            with what the headset sends, as in the air of Wi-Fi; only with a round trip.
+    """
+    assert rtt_ms or way_back == "free", "a link with a way back has a round trip"
     near, far = f"ml2r{os.getpid()}", f"ml2h{os.getpid()}"
     devices = (delayed_link.DEVICE,) * 2 if rtt_ms else (near, far)
     execute = ("ip", "netns", "exec")
@@ -79,7 +91,8 @@ def link(congestion: str, rate_mbit: float, rtt_ms: float = 0.0) -> Iterator[Lin
             _run("ip", "-n", name, "link", "set", "lo", "up")
         forwarder = None
         if rtt_ms:
-            forwarder = stack.enter_context(_forwarder(near, far, rate_mbit, rtt_ms / 2))
+            rates = (str(rate_mbit), str(rtt_ms / 2), str(QUEUE_S * 1e3), way_back)
+            forwarder = stack.enter_context(_forwarder(near, far, *rates))
         else:
             _run("ip", "link", "add", far, "netns", far, "type", "veth", "peer", near)
             _run("ip", "link", "set", near, "netns", near)
@@ -96,11 +109,8 @@ def link(congestion: str, rate_mbit: float, rtt_ms: float = 0.0) -> Iterator[Lin
 
 
 @contextlib.contextmanager
-def _forwarder(
-    near: str, far: str, rate_mbit: float, delay_ms: float
-) -> Iterator[subprocess.Popen[str]]:
-    values = map(str, (rate_mbit, delay_ms, QUEUE_S * 1e3))
-    command = (sys.executable, delayed_link.__file__, near, far, *values)
+def _forwarder(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    command = (sys.executable, delayed_link.__file__, *arguments)
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as forwarder:
         try:
             assert forwarder.stdout is not None

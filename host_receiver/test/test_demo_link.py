@@ -2,13 +2,16 @@
 
 import importlib.util
 import os
+import socket
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 import shaped_link
+from delayed_link import Direction, Rate
 
 
 @pytest.fixture
@@ -23,6 +26,30 @@ def demo(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
     monkeypatch.setattr(module, "OUTPUT", tmp_path)
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     return module
+
+
+@pytest.mark.parametrize(("is_shared", "second_s"), [(False, 1.0), (True, 2.0)])
+def test_both_ways_of_a_link_wait_for_each_other_where_they_share_its_rate(
+    is_shared: bool, second_s: float
+) -> None:
+    rate = Rate(1000)
+    rates = (rate, rate if is_shared else Rate(1000))
+    with ExitStack() as stack:
+        ends = [
+            stack.enter_context(end)
+            for _ in range(4)
+            for end in socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        ]
+        for end in ends:
+            end.setblocking(False)
+        fds = [it.fileno() for it in ends]
+        ways = [Direction(fds[4 * n + 1], fds[4 * n + 2], 0.5, it, 9) for n, it in enumerate(rates)]
+        for n, way in enumerate(ways):
+            ends[4 * n].send(bytes(1000))
+            way.take(0)
+        assert [way.deliver(0) for way in ways] == [1.5, second_s + 0.5]
+        ways[1].deliver(second_s + 0.5)
+        assert len(ends[7].recv(2000)) == 1000
 
 
 def starts_no_process(*command: object) -> None:
