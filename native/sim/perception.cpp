@@ -44,6 +44,7 @@ bool stopPerception() {
 using namespace ml2sim;
 
 MLResult MLPerceptionInitSettings(MLPerceptionSettings *out_settings) {
+    passHold(__func__);
     if (out_settings == nullptr)
         return refuseArgument(__func__, "out_settings is null");
     *out_settings = {};

@@ -1,6 +1,7 @@
 // ml2sim.h for Kotlin: the functions of the test object dev.ml2sensors.capture.Simulation.
 #include <dlfcn.h>
 #include <jni.h>
+#include <pthread.h>
 #include <stddef.h>
 
 #include "../../sdk/ml2s.h"
@@ -74,6 +75,48 @@ static jboolean acquire_latest(JNIEnv *env, jclass class, jint stream, jlong aft
     return acquire && acquire((uint32_t)stream, after_nanos, memory) == ML2S_OK;
 }
 
+struct call {
+    JavaVM *vm;
+    jclass class;
+    jstring argument;
+    char name[64];
+    jthrowable thrown;
+};
+
+static void *call_attached(void *context) {
+    struct call *call = context;
+    JNIEnv *env;
+    if ((*call->vm)->AttachCurrentThread(call->vm, (void **)&env, NULL) != JNI_OK) {
+        return NULL;
+    }
+    const char *signature = call->argument ? "(Ljava/lang/String;)V" : "()V";
+    jmethodID method = (*env)->GetStaticMethodID(env, call->class, call->name, signature);
+    if (method) {
+        (*env)->CallStaticVoidMethod(env, call->class, method, call->argument);
+    }
+    jthrowable thrown = (*env)->ExceptionOccurred(env);
+    (*env)->ExceptionClear(env);
+    call->thrown = (*env)->NewGlobalRef(env, thrown);
+    (*call->vm)->DetachCurrentThread(call->vm);
+    return context;
+}
+
+/** Calls a static method from a thread that no class has begun, with a text or null; returns what it threw. */
+static jthrowable call_natively(JNIEnv *env, jclass class, jclass of, jstring name, jstring argument) {
+    (void)class;
+    struct call call = {.class = (*env)->NewGlobalRef(env, of), .argument = (*env)->NewGlobalRef(env, argument)};
+    (*env)->GetJavaVM(env, &call.vm);
+    (*env)->GetStringUTFRegion(env, name, 0, (*env)->GetStringLength(env, name), call.name);
+    pthread_t thread;
+    void *done = NULL;
+    if (pthread_create(&thread, NULL, call_attached, &call) || pthread_join(thread, &done) || !done) {
+        (*env)->FatalError(env, "no native thread was attached");
+    }
+    (*env)->DeleteGlobalRef(env, call.class);
+    (*env)->DeleteGlobalRef(env, call.argument);
+    return call.thrown;
+}
+
 #define METHOD(name, signature, function)                                                                              \
     { (char *)(name), (char *)(signature), (void *)(function) }
 
@@ -86,6 +129,8 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("openHandles", "()I", open_handles),
         METHOD("lastMisuse", "()Ljava/lang/String;", last_misuse),
         METHOD("acquireLatest", "(IJLjava/nio/ByteBuffer;)Z", acquire_latest),
+        METHOD("callNatively", "(Ljava/lang/Class;Ljava/lang/String;Ljava/lang/String;)Ljava/lang/Throwable;",
+               call_natively),
         METHOD("mlTime", "(J)J", mltime),
         METHOD("truePose", "(IJ)[D", true_pose),
     };

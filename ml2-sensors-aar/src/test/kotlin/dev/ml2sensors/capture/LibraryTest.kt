@@ -2,10 +2,17 @@ package dev.ml2sensors.capture
 
 import org.junit.jupiter.api.Test
 import java.nio.file.Path
+import java.util.concurrent.CopyOnWriteArrayList
 import kotlin.io.path.absolute
+import kotlin.io.path.absolutePathString
+import kotlin.io.path.copyTo
 import kotlin.io.path.createDirectories
+import kotlin.io.path.createTempFile
+import kotlin.io.path.deleteExisting
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
+import kotlin.test.assertIs
+import kotlin.test.assertNull
 import kotlin.test.assertTrue
 
 /** The library in a process where the vendor's is whole, missing or not all there. */
@@ -22,6 +29,37 @@ class LibraryTest {
         )
         assertEquals(expected, lines.filter { ": accepted" in it })
         assertFalse(lines.any { "WARNING" in it || "FATAL" in it }, lines.joinToString("\n"))
+    }
+
+    /** Unity's GameActivity calls from a native thread, where the system's loader looks for libraries. */
+    @Test
+    fun theLibraryIsLookedForByTheLoaderOfOurClassesWhateverThreadCalls() {
+        val library = createTempFile(suffix = ".so")
+        Path.of("../build/native/device/libml2sensors.so").copyTo(library, overwrite = true)
+        val app = AppLoader(checkNotNull(javaClass.classLoader), library)
+        assertIs<UnsatisfiedLinkError>(Simulation.callNatively(System::class.java, "loadLibrary", "ml2sensors"))
+        assertEquals(emptyList(), app.lookedFor)
+        assertNull(Simulation.callNatively(app.loadClass("dev.ml2sensors.unity.Ml2Unity"), "loadLibrary", null))
+        assertEquals(listOf("ml2sensors"), app.lookedFor)
+        library.deleteExisting()
+    }
+
+    /** Loads our classes as an app's loader does, which knows where the app's libraries are. */
+    private class AppLoader(parent: ClassLoader, private val library: Path) : ClassLoader(parent) {
+        val lookedFor = CopyOnWriteArrayList<String>()
+
+        override fun loadClass(name: String, resolve: Boolean): Class<*> {
+            if (!name.startsWith("dev.ml2sensors.")) return super.loadClass(name, resolve)
+            findLoadedClass(name)?.let { return it }
+            val file = name.replace('.', '/') + ".class"
+            val bytes = (parent.getResourceAsStream(file) ?: throw ClassNotFoundException(name)).use { it.readBytes() }
+            return defineClass(name, bytes, 0, bytes.size)
+        }
+
+        override fun findLibrary(name: String): String {
+            lookedFor += name
+            return library.absolutePathString()
+        }
     }
 
     @Test

@@ -55,6 +55,10 @@ internal object Simulation {
     @JvmStatic
     external fun acquireLatest(stream: Int, afterNanos: Long, frame: ByteBuffer): Boolean
 
+    /** Calls the static [method] of [type] from a thread that no class has begun; returns what it threw. */
+    @JvmStatic
+    external fun callNatively(type: Class<*>, method: String, argument: String?): Throwable?
+
     /** With the key clock=manual. */
     @JvmStatic
     external fun advance(nanos: Long)

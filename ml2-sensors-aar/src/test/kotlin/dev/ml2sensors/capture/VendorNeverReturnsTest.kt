@@ -3,8 +3,14 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.clock.TimeExchange
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorHeadset
+import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.stream.ActiveStreams
@@ -14,11 +20,20 @@ import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
+import kotlinx.coroutines.asCoroutineDispatcher
 import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.delay
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.flow.flowOn
 import kotlinx.coroutines.job
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.Test
+import java.nio.ByteBuffer
+import java.nio.file.Path
+import java.util.concurrent.Executors
+import kotlin.io.path.listDirectoryEntries
+import kotlin.io.path.readText
 import kotlin.random.Random
 import kotlin.test.assertEquals
 import kotlin.test.assertTrue
@@ -39,11 +54,19 @@ class VendorNeverReturnsTest {
     private val took = mutableListOf<Duration>()
 
     @Test
+    fun everyFunctionThatTheLibraryCallsIsTried() {
+        val declared = Path.of("../native/sdk").listDirectoryEntries("ml_*.h").flatMap { header ->
+            Regex("""\bF\((ML\w+)""").findAll(header.readText()).map { it.groupValues[1] }
+        }
+        assertEquals(declared.toSet(), FUNCTIONS.keys)
+    }
+
+    @Test
     fun itsStreamsAreLostAloneAndSaySoAndComeBack() = runBlocking {
         val functions = FUNCTIONS.entries.shuffled(random).take(maxOf(LEAST, (measuredFaults ?: 0) / SHARE))
         val failures = mutableListOf<String>()
         for ((function, victims) in functions) {
-            val isOfTheEnd = function.endsWith("Disconnect") || function.endsWith("Destroy")
+            val isOfTheEnd = END.any(function::endsWith)
             val isFromTheStart = !isOfTheEnd && (function in ONCE || random.nextBoolean())
             try {
                 Round(function, victims).use { it.play(isFromTheStart) }
@@ -60,13 +83,14 @@ class VendorNeverReturnsTest {
         private val headset: SensorHeadset
         private val scope = CoroutineScope(Dispatchers.Default + Job())
         private val streams: ActiveStreams
+        private val color = LocatedColor()
 
         init {
             Simulation.begin()
             Simulation.configure("still_images", 1)
             val pixels = listOf(PixelSensor.DEPTH, PixelSensor.WORLD, PixelSensor.EYE)
             val sources = pixels.map { NativePixelSource(it, NativeBackend.SDK) } +
-                ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.SDK) }
+                ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.SDK) } + color
             headset = SensorHeadset(Headset.Identity("harsh", "harsh"), NativeHeadsetClock, sources)
             val clock = HostClock(headset.clock)
             repeat(FIRST_EXCHANGES) { Native.now().let { clock.add(TimeExchange(it, it, it, it)) } }
@@ -80,11 +104,14 @@ class VendorNeverReturnsTest {
                 WANTED.keys.forEach { awaitSamples(it) }
                 hold()
             }
+            if (function.endsWith("UpdateSettings")) configure(CHANGED)
             configure(WANTED - victims)
             configure(WANTED)
             val others = WANTED.keys - victims
             others.forEach { awaitSamples(it) }
             victims.forEach { await("$it says why it is lost") { it.state.run { state != RUNNING && reason != null } } }
+            // Now each is in that call for sure
+            configure(WANTED - victims)
             others.forEach { awaitSamples(it) }
             others.forEach { assertTrue(it.state.state == RUNNING, "$it: ${it.state.reason}") }
             Simulation.configure("held", "")
@@ -128,6 +155,34 @@ class VendorNeverReturnsTest {
         }
     }
 
+    /** The colour camera without its images: what its thread asks of the vendor for each of them. */
+    private class LocatedColor : SensorSource {
+        /** Handles of the vendor belong to a thread. */
+        private val thread = Executors.newSingleThreadExecutor().asCoroutineDispatcher()
+        override val backend = "camera2"
+        override val streams = color
+
+        override fun negotiate(stream: StreamSpec, requested: StreamValues) = Answer.Applied(requested)
+
+        override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
+            checkNotNull(NativeColorPoses.open()).use { tracker ->
+                while (true) {
+                    val now = Simulation.mlTime(Native.now())
+                    emit(image(tracker.captureNanos(now), tracker.poseAt(now)))
+                    delay(POLL)
+                }
+            }
+        }.flowOn(thread)
+
+        private fun image(captureNanos: Long, pose: Transform?): Sample {
+            val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, ByteBuffer.allocateDirect(1)))
+            val settings = CaptureSettings()
+            return ImageSample(captureNanos, frameNumber = 0, 1, 1, strideBytes = 0, pose, null, settings, planes) {}
+        }
+
+        override fun close() = thread.close()
+    }
+
     private companion object {
         const val RUNNING = Status.Stream.RUNNING
         const val FIRST_EXCHANGES = 16
@@ -140,44 +195,63 @@ class VendorNeverReturnsTest {
         const val LEAST = 2
         const val SHARE = 400
 
-        private val world = setOf(StreamTable.worldLeft)
+        private val color = setOf(StreamTable.color)
+        private val world = setOf(StreamTable.worldLeft, StreamTable.worldRight)
         private val depth = setOf(StreamTable.depth)
-        private val eyes = setOf(StreamTable.eyeNasalLeft)
+        private val eyes = setOf(StreamTable.eyeNasalLeft, StreamTable.eyeNasalRight)
         private val head = setOf(StreamTable.headPose)
         private val gaze = setOf(StreamTable.gaze)
         private val hands = setOf(StreamTable.handLeft)
         private val controller = setOf(StreamTable.controller)
         private val buttons = setOf(StreamTable.controllerJoy)
         private val poses = head + gaze + hands + controller
-        private val all = world + depth + eyes + poses + buttons
+        private val all = color + world + depth + eyes + poses + buttons
         val WANTED: Map<StreamSpec, StreamValues> = all.associateWith {
             if (it == StreamTable.depth) CaptureFixture.SHORT_RANGE else it.defaultValues()
         }
 
-        /** Every function of the vendor that the library calls for these streams, and which of them need its answer. */
+        /** One camera less of those that are opened together, and another rate of depth. */
+        val CHANGED = WANTED - StreamTable.worldRight - StreamTable.eyeNasalRight +
+            (StreamTable.depth to CaptureFixture.SHORT_RANGE.copy(rateHz = 60))
+
+        /** Every function of the vendor that the library calls, and which streams need its answer. */
         val FUNCTIONS: Map<String, Set<StreamSpec>> =
-            listOf("Connect", "GetLatestDepthData", "ReleaseDepthData", "Disconnect", "GetCapabilities")
+            listOf("Connect", "GetLatestDepthData", "ReleaseDepthData", "Disconnect")
                 .associate { "MLDepthCamera$it" to depth } +
-                listOf("Connect", "GetLatestWorldCameraData", "ReleaseCameraData", "Disconnect")
+                listOf("GetCapabilities", "ReleaseCapabilities").associate { "MLDepthCamera$it" to depth } +
+                listOf("Connect", "GetLatestWorldCameraData", "ReleaseCameraData", "Disconnect", "UpdateSettings")
                     .associate { "MLWorldCamera$it" to world } +
-                listOf("Connect", "GetLatestCameraData", "ReleaseCameraData", "Disconnect")
+                listOf("Connect", "GetLatestCameraData", "ReleaseCameraData", "Disconnect", "UpdateSettings")
                     .associate { "MLEyeCamera$it" to eyes } +
+                listOf("TrackingCreate", "GetFramePose", "TrackingDestroy").associate { "MLCVCamera$it" to color } +
                 listOf("GetStaticData", "GetStateEx", "GetMapEvents", "Destroy")
                     .associate { "MLHeadTracking$it" to head } +
                 listOf("Create", "GetStaticData", "GetStateEx", "Destroy").associate { "MLEyeTracking$it" to gaze } +
                 listOf("CreateEx", "GetData", "GetStaticData", "Destroy").associate { "MLHandTracking$it" to hands } +
                 listOf("CreateEx", "GetStateEx", "Destroy").associate { "MLController$it" to controller } +
                 listOf("Create", "GetControllerStateEx", "Destroy").associate { "MLInput$it" to buttons } +
-                listOf("PerceptionStartup", "PerceptionGetSnapshot", "PerceptionReleaseSnapshot")
-                    .associate { "ML$it" to all - buttons } +
+                listOf("InitSettings", "Startup", "GetSnapshot", "ReleaseSnapshot")
+                    .associate { "MLPerception$it" to all - buttons } +
                 mapOf(
+                    // Its one stream connects the camera anew for other values
+                    "MLDepthCameraUpdateSettings" to emptySet<StreamSpec>(),
                     // Each object of the vendor that is tracked has a head tracker of its own
-                    "MLHeadTrackingCreate" to poses,
+                    "MLHeadTrackingCreate" to poses + color,
                     "MLPerceptionGetPredictedSnapshot" to poses,
+                    "MLSnapshotGetTransform" to poses,
                     "MLTimeConvertMLTimeToSystemTime" to all,
+                    "MLTimeConvertSystemTimeToMLTime" to poses + buttons,
                 )
 
+        /** What is called when a stream ends, or when it changes. */
+        val END = listOf("Disconnect", "Destroy", "UpdateSettings")
+
         /** What is called once. */
-        val ONCE = setOf("MLDepthCameraGetCapabilities", "MLPerceptionStartup")
+        val ONCE = setOf(
+            "MLDepthCameraGetCapabilities",
+            "MLDepthCameraReleaseCapabilities",
+            "MLPerceptionInitSettings",
+            "MLPerceptionStartup",
+        )
     }
 }

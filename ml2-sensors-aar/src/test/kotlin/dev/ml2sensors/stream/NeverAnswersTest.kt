@@ -1,5 +1,8 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.TEST_LIMIT
+import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.clock.TimeExchange
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.source.Answer
@@ -7,21 +10,30 @@ import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
+import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.Job
 import kotlinx.coroutines.NonCancellable
+import kotlinx.coroutines.async
+import kotlinx.coroutines.cancel
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.emitAll
 import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.test.StandardTestDispatcher
+import kotlinx.coroutines.test.TestCoroutineScheduler
 import kotlinx.coroutines.withContext
 import kotlinx.coroutines.withTimeout
+import kotlinx.coroutines.yield
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import java.util.concurrent.ConcurrentHashMap
@@ -91,6 +103,43 @@ class NeverAnswersTest {
         fake.deliver(StreamTable.worldLeft, fake.image(fake.clock.nowNanos()))
         await("world_left") { it is StreamState.Running }
         gyroscope.cancel()
+    }
+
+    /** Time stands still, so that the stream is awaited until another has changed its state. */
+    @Test
+    fun noLockIsHeldWhileAStreamThatDoesNotStopIsAwaited() = runBlocking<Unit> {
+        closing += StreamTable.worldLeft
+        val values = listOf(StreamTable.worldLeft, StreamTable.gyroLeft).associate { it.id to it.defaultValues() }
+        val scope = CoroutineScope(Dispatchers.Default + Job())
+        val clock = HostClock(fake.clock)
+        repeat(16) { fake.clock.nowNanos().let { clock.add(TimeExchange(it, it, it, it)) } }
+        val streams = ActiveStreams(headset, clock, scope)
+        streams.configure(values, framePrefix = "", adapts = false)
+        streams.start(emptySet())
+        fake.awaitRunning(StreamTable.worldLeft)
+        val time = TestCoroutineScheduler()
+        val gyroscope = values - StreamTable.worldLeft.id
+        val configuring =
+            scope.launch(StandardTestDispatcher(time)) { streams.configure(gyroscope, "", adapts = false) }
+        val isWaiting = scope.async {
+            fake.awaitStopped(StreamTable.worldLeft)
+            fake.end(StreamTable.gyroLeft, SourceException("broken"))
+            streams.states.first { it[StreamTable.gyroLeft.id] is StreamState.Waiting }
+        }
+        withTimeout(TEST_LIMIT) {
+            while (!isWaiting.isCompleted) {
+                time.runCurrent()
+                yield()
+            }
+        }
+        assertTrue(configuring.isActive)
+        answer.countDown()
+        while (!configuring.isCompleted) {
+            time.runCurrent()
+            yield()
+        }
+        streams.stopSources()
+        scope.cancel()
     }
 
     @Test
