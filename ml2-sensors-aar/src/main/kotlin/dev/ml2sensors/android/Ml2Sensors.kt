@@ -47,7 +47,7 @@ public object Ml2Sensors {
             native?.let { Camera2Source(app, NativeColorPoses, clocks, bases) } ?: Camera2Source.absent(),
             BatterySource(app, clocks.boot),
         ) + (native ?: absentNativeSources())
-        val checked = sources.map { PermissionCheckedSource(app, it) }
+        val checked = sources.map { PermissionCheckedSource(app, it, calls) }
         val headset =
             SensorHeadset(identityOf(app), clocks.boot, checked, MediaCodecEncoders()) { permissionsOf(app) }
         return AndroidHeadset(app, headset, clocks, bases.asStateFlow())

@@ -3,6 +3,8 @@ package dev.ml2sensors.android
 import android.content.Context
 import android.content.pm.PackageManager
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.NoAnswerException
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException
@@ -19,18 +21,33 @@ internal class PermissionDeniedException internal constructor(
 ) :
     SourceException(denial(permission), cause)
 
-/** Returns the Android permissions that [stream] needs and this app lacks. */
-internal fun Context.missingPermissions(stream: StreamSpec): List<String> =
-    stream.permissions.filter { checkSelfPermission(it) != PackageManager.PERMISSION_GRANTED }
+/**
+ * Returns the Android permissions that [stream] needs and this app lacks. Another process answers that.
+ *
+ * @throws dev.ml2sensors.source.NoAnswerException after the limit of [calls].
+ */
+internal fun Context.missingPermissions(stream: StreamSpec, calls: PlatformCalls): List<String> =
+    if (stream.permissions.isEmpty()) {
+        emptyList()
+    } else {
+        calls.call("Android is asked for permissions") {
+            stream.permissions.filter { checkSelfPermission(it) != PackageManager.PERMISSION_GRANTED }
+        }
+    }
 
 /**
  * Checks permissions before [source]: a stream without its permission is refused, and one whose permission is revoked
  * fails with [PermissionDeniedException].
+ *
+ * @param calls is the same for all sources: while Android does not answer, only the first of them waits for it.
  */
-internal class PermissionCheckedSource(private val context: Context, private val source: SensorSource) :
-    SensorSource by source {
+internal class PermissionCheckedSource(
+    private val context: Context,
+    private val source: SensorSource,
+    private val calls: PlatformCalls = PlatformCalls(),
+) : SensorSource by source {
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
-        val missing = context.missingPermissions(stream).firstOrNull() ?: return permitted(stream, requested)
+        val missing = missing(stream) ?: return permitted(stream, requested)
         return Answer.Refused(denial(missing), missing)
     }
 
@@ -44,10 +61,16 @@ internal class PermissionCheckedSource(private val context: Context, private val
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
         source.samples(stream, values)
             .catch { throw explained(stream, it) }
-            .onStart { context.missingPermissions(stream).firstOrNull()?.let { throw PermissionDeniedException(it) } }
+            .onStart { missing(stream)?.let { throw PermissionDeniedException(it) } }
+
+    private fun missing(stream: StreamSpec) = context.missingPermissions(stream, calls).firstOrNull()
 
     private fun explained(stream: StreamSpec, failure: Throwable): Throwable {
-        val missing = context.missingPermissions(stream).firstOrNull()
+        val missing = try {
+            missing(stream)
+        } catch (_: NoAnswerException) {
+            null
+        }
         return when {
             missing != null -> PermissionDeniedException(missing, failure)
             failure is SecurityException -> SourceException("Android forbids $stream: ${failure.message}", failure)

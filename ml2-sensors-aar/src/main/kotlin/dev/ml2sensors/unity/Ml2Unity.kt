@@ -9,6 +9,8 @@ import dev.ml2sensors.android.nsdBrowser
 import dev.ml2sensors.capture.LocalFrames
 import dev.ml2sensors.capture.NativeLibrary
 import dev.ml2sensors.session.Receiver
+import dev.ml2sensors.source.NoAnswerException
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
@@ -35,9 +37,9 @@ import kotlin.time.Duration.Companion.milliseconds
  * The headset for the Unity package: numbers, texts and JSON, no Kotlin types. C# leases frames from the native
  * library, see [view].
  *
- * Thread-safe. Only [close] blocks, for at most 0.5 s, whatever the headset does. No lock is held while anything is
- * awaited, and the listener is called by a coroutine of its own. Misuse throws IllegalArgumentException or
- * IllegalStateException.
+ * Thread-safe. Only [close] and [permissionsNeeded] block, for at most 0.5 s, whatever the headset does. No lock is
+ * held while anything is awaited, and the listener is called by a coroutine of its own. Misuse throws
+ * IllegalArgumentException or IllegalStateException.
  */
 @OptIn(ExperimentalCoroutinesApi::class) // isEmpty
 internal class Ml2Unity private constructor(private val app: Context, private val listener: Ml2UnityListener) {
@@ -51,6 +53,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     private var isClosed = false
     private var last = UnityStatus("ended", receiver = "", reason = "not started")
     private val pairing = UnityPairing(app)
+    private val calls = PlatformCalls(BLOCKING_LIMIT)
 
     /** One for all starts, since nothing ends the threads of its managers. */
     private val browser = nsdBrowser(app)
@@ -169,7 +172,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
             scope.cancel()
             closed.countDown()
         }
-        closed.await(CLOSE_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)
+        closed.await(BLOCKING_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)
     }
 
     /** Releases all sensors while the app is in the background; the session stays. */
@@ -197,10 +200,17 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         return json.encodeToString(status.copy(pairing = pairing.status))
     }
 
-    /** Returns `[{"permission", "reason", "streams": [id]}]`: the permissions that requested streams still need. */
+    /**
+     * Returns `[{"permission", "reason", "streams": [id]}]`: the permissions that requested streams still need, none
+     * while Android does not answer.
+     */
     fun permissionsNeeded(): String {
         val wanted = synchronized(this) { run }?.wanted.orEmpty()
-        val needing = wanted.flatMap { stream -> app.missingPermissions(stream).map { it to stream.id } }
+        val needing = try {
+            wanted.flatMap { stream -> app.missingPermissions(stream, calls).map { it to stream.id } }
+        } catch (_: NoAnswerException) {
+            emptyList()
+        }
         val rows = needing.groupBy({ it.first }, { it.second }).map { (permission, streams) ->
             NeededPermission(permission, "wanted for ${streams.joinToString()}", streams)
         }
@@ -261,8 +271,8 @@ internal class Ml2Unity private constructor(private val app: Context, private va
             explicitNulls = false
         }
 
-        /** How long [close] waits for all, so that a busy device blocks Unity's main thread for 0.5 s at most. */
-        private val CLOSE_LIMIT = 250.milliseconds
+        /** How long Unity's main thread waits, so that a busy device blocks it for 0.5 s at most. */
+        private val BLOCKING_LIMIT = 100.milliseconds
 
         /** How long [close] waits for the session to end in order, before it closes the headset. */
         private val ENDING_LIMIT = 300.milliseconds

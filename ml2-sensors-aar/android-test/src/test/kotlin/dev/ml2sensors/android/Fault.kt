@@ -21,8 +21,12 @@ internal class Fault(val name: String, val begin: HarshHeadset.(Random) -> (() -
         val ALL: List<Fault> get() =
             NETWORK_FAULTS + CAMERA_FAULTS + SENSOR_FAULTS + LIFECYCLE_FAULTS + NeverReturns.CALLS.map(::neverReturning)
 
+        private val CAMERA_CALLS_OF_CONTEXT = setOf("Context.getSystemService", "Context.checkSelfPermission")
+
         private fun neverReturning(call: String) = Fault("$call never returns") { random ->
-            when (call.substringBefore('.').takeUnless { call == "Context.getSystemService" } ?: call) {
+            when (call.substringBefore('.').takeUnless { call in CAMERA_CALLS_OF_CONTEXT } ?: call) {
+                "Context.checkSelfPermission" -> cameraNeverReturns(call)
+
                 "Context.getSystemService" -> cameraNeverReturns(call).also {
                     some(platform.sensors.keys, random).forEach(::restart)
                 }

@@ -7,6 +7,7 @@ import android.content.Context
 import android.content.ContextWrapper
 import android.content.Intent
 import android.content.IntentFilter
+import android.content.pm.PackageManager
 import android.graphics.ImageFormat
 import android.hardware.SensorManager
 import android.hardware.camera2.CameraManager
@@ -69,6 +70,7 @@ internal class HarshPlatform(private val app: Application) {
     private val ofBattery = HarshCalls()
     private val ofPower = HarshCalls()
     val ofQuestions = HarshCalls()
+    private val ofPermissions = HarshCalls()
     val video = HarshVideo()
 
     /** True for each part of the platform of which no call is under way but those that never return. */
@@ -79,6 +81,7 @@ internal class HarshPlatform(private val app: Application) {
             "the battery" to ofBattery,
             "power" to ofPower,
             "questions" to ofQuestions,
+            "permissions" to ofPermissions,
             "video" to video.calls,
             "images of video" to video.callsOfImages,
             "the network" to ofNetwork,
@@ -189,10 +192,9 @@ internal class HarshPlatform(private val app: Application) {
             SensorManagerSource(context, clocks, bases, calls(ofSensors)),
             Camera2Source(context, poses, clocks, bases, EncoderThreads(2), encoder, calls = calls(ofCamera)),
             BatterySource(context, clocks.boot, calls(ofBattery)),
-        ).map { PermissionCheckedSource(app, it) }
+        ).map { PermissionCheckedSource(context, it, calls(ofPermissions)) }
         val headset = SensorHeadset(Headset.Identity("harsh", "harsh"), clocks.boot, sources, videoEncoders) {
-            NeverReturns.pass("Context.checkSelfPermission")
-            emptyMap()
+            mapOf(CAMERA to (context.checkSelfPermission(CAMERA) == PackageManager.PERMISSION_GRANTED))
         }
         return AndroidHeadset(context, headset, clocks, bases, calls(ofPower))
     }
@@ -413,6 +415,11 @@ internal class HarshContext(private val app: Application) : ContextWrapper(app) 
     override fun getSystemService(name: String): Any? {
         NeverReturns.pass("Context.getSystemService")
         return super.getSystemService(name)
+    }
+
+    override fun checkSelfPermission(permission: String): Int {
+        NeverReturns.pass("Context.checkSelfPermission")
+        return super.checkSelfPermission(permission)
     }
 
     override fun getContentResolver(): ContentResolver {

@@ -19,19 +19,12 @@ import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
-import java.nio.file.Path
-import java.util.concurrent.CopyOnWriteArrayList
-import java.util.concurrent.LinkedBlockingQueue
-import kotlin.concurrent.thread
-import kotlin.io.path.absolutePathString
-import kotlin.io.path.copyTo
-import kotlin.io.path.createTempFile
-import kotlin.io.path.deleteExisting
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
+import kotlin.time.TimeSource
 
 /** What C# sees of a headset that has a battery and nothing else, and of a scripted receiver. */
 @RunWith(RobolectricTestRunner::class)
@@ -46,39 +39,6 @@ class Ml2UnityTest {
     fun close() {
         probe.close()
         host.close()
-    }
-
-    /** GameActivity calls from a native thread. Android looks where the calling class is from, not what the thread has. */
-    @Test
-    fun theLibraryIsLookedForByTheLoaderOfOurClassesWhateverThreadCalls() {
-        val library = createTempFile(suffix = ".so")
-        Path.of("../../build/native/device/libml2sensors.so").copyTo(library, overwrite = true)
-        val app = AppLoader(checkNotNull(javaClass.classLoader), library)
-        val facade = app.loadClass("dev.ml2sensors.unity.Ml2Unity")
-        val results = LinkedBlockingQueue<Result<Any?>>()
-        thread(contextClassLoader = ClassLoader.getPlatformClassLoader()) {
-            results += runCatching { facade.getMethod("loadLibrary").invoke(null) }
-        }
-        results.take().getOrThrow()
-        assertEquals(listOf("ml2sensors"), app.lookedFor)
-        library.deleteExisting()
-    }
-
-    private class AppLoader(parent: ClassLoader, private val library: Path) : ClassLoader(parent) {
-        val lookedFor = CopyOnWriteArrayList<String>()
-
-        override fun loadClass(name: String, resolve: Boolean): Class<*> {
-            if (!name.startsWith("dev.ml2sensors.")) return super.loadClass(name, resolve)
-            findLoadedClass(name)?.let { return it }
-            val file = name.replace('.', '/') + ".class"
-            val bytes = (parent.getResourceAsStream(file) ?: throw ClassNotFoundException(name)).use { it.readBytes() }
-            return defineClass(name, bytes, 0, bytes.size)
-        }
-
-        override fun findLibrary(name: String): String {
-            lookedFor += name
-            return library.absolutePathString()
-        }
     }
 
     @Test
@@ -131,7 +91,10 @@ class Ml2UnityTest {
     @Test
     fun missingPermissionsAreToldWithTheStreamsTheyAreFor() {
         start("""{"world_left": {}, "world_right": {}, "battery": {}}""")
-        val row = Json.parseToJsonElement(unity.permissionsNeeded()).jsonArray.single().jsonObject
+        // On a machine that stands still for a moment, Android does not answer in time
+        val limit = TimeSource.Monotonic.markNow() + TEST_LIMIT
+        val answers = generateSequence { unity.permissionsNeeded().takeIf { limit.hasNotPassedNow() } }
+        val row = Json.parseToJsonElement(answers.first { it != "[]" }).jsonArray.single().jsonObject
         assertEquals(Manifest.permission.CAMERA, row.text("permission"))
         assertEquals(
             listOf("world_left", "world_right"),

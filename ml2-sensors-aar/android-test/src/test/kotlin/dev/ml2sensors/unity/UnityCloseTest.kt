@@ -87,7 +87,7 @@ class UnityCloseTest {
         val ends = ofOpening + NeverReturns.CALLS.filter { random.nextInt(4) == 0 }.map(NeverReturns::hold)
         if (random.nextInt(4) == 0) listening = answer
         repeat(random.nextInt(6)) {
-            when (random.nextInt(6)) {
+            when (random.nextInt(7)) {
                 0 -> unity.start(silent.address.toString(), STREAMS, insecure = true)
 
                 1 -> unity.stop()
@@ -96,7 +96,9 @@ class UnityCloseTest {
 
                 3 -> unity.resume()
 
-                4 -> unity.pair("ml2s://127.0.0.1:1?fp=${"0".repeat(64)}&token=${"0".repeat(32)}")
+                4 -> unity.permissionsNeeded()
+
+                5 -> unity.pair("ml2s://127.0.0.1:1?fp=${"0".repeat(64)}&token=${"0".repeat(32)}")
 
                 else -> if (session == null && listening == null) {
                     unity.start(host.address.toString(), STREAMS, insecure = true)
@@ -112,7 +114,7 @@ class UnityCloseTest {
     }
 
     private companion object {
-        const val STREAMS = """{"battery": {}, "light_sensor": {}}"""
+        const val STREAMS = """{"battery": {}, "light_sensor": {}, "color": {}}"""
 
         /** Opening waits for some seconds while its calls do not return, which is in one of so many states. */
         const val OPENINGS_SHARE = 20
