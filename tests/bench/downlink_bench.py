@@ -1,4 +1,6 @@
-"""Measures 1000 messages per second to the headset's app, beside the demo's sensors, with TLS.
+"""Measures messages to the headset's app, beside the demo's sensors, with TLS.
+
+1000 small ones per second; then 20 of 1 MB, and one of 16 MiB.
 
 Usage: downlink_bench.py DURATION, in seconds. Writes build/bench/downlink.json:
 
@@ -8,9 +10,11 @@ rate_hz         messages that were published per second
 imu_p99_ms      from capture to `ml2-receiver latency` meanwhile; imu_without_p99_ms, before
 receiver_cpu_us_per_message, headset_cpu_us_per_message: the CPU time that the topic adds
 book            the counts of receiver and app
+of_1_mb_..., of_16_mib_...: the same of large messages; rss_mb is the receiver's greatest so far
 
 The publisher is a process of its own. It writes CLOCK_MONOTONIC into each message of 100 bytes.
-This process reads the same clock when it has read the line.
+This process reads the same clock when it has read the line. Of large messages it takes the time
+that ROS gave them.
 """
 
 from __future__ import annotations
@@ -26,6 +30,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -53,6 +58,10 @@ RATE_HZ = 1000
 _TIMEOUT_S = 60.0
 _WARM_UP_S = 10.0
 _LINE = re.compile(TOPIC + r' \d+ \d+ \{"data":"(\d+)')
+# The rate in Hz, and bytes without those of the layout, by topic
+LARGE_TYPE = "std_msgs/msg/UInt8MultiArray"
+LARGE = {"/bench/of_1_mb": (20, 1_000_000), "/bench/of_16_mib": (1, (16 << 20) - 16)}
+_LARGE_LINE = re.compile(r"(/bench/\w+) \d+ (\d+) of \d+ bytes")
 
 
 class Arrivals:
@@ -60,6 +69,7 @@ class Arrivals:
 
     def __init__(self, headset: subprocess.Popen[str]) -> None:
         self.latencies_ns: list[int] = []
+        self.of_large_ns: dict[str, list[int]] = {topic: [] for topic in LARGE}
         self._headset = headset
         self._changed = threading.Condition()
         threading.Thread(target=self._read, daemon=True).start()
@@ -68,14 +78,19 @@ class Arrivals:
         for line in lines(self._headset):
             now_ns = time.monotonic_ns()
             if (found := _LINE.match(line)) is not None:
-                with self._changed:
-                    self.latencies_ns.append(now_ns - int(found[1]))
-                    self._changed.notify()
+                self._add(self.latencies_ns, now_ns - int(found[1]))
+            elif (found := _LARGE_LINE.match(line)) is not None:
+                self._add(self.of_large_ns[found[1]], time.time_ns() - int(found[2]))
 
-    def wait(self, count: int) -> None:
+    def _add(self, latencies_ns: list[int], latency_ns: int) -> None:
+        with self._changed:
+            latencies_ns.append(latency_ns)
+            self._changed.notify()
+
+    def wait(self, latencies_ns: list[int], count: int) -> None:
         """Waits until so many messages have arrived, or none comes any more."""
         with self._changed:
-            while len(self.latencies_ns) < count and self._changed.wait(_WARM_UP_S):
+            while len(latencies_ns) < count and self._changed.wait(_WARM_UP_S):
                 pass
 
 
@@ -91,13 +106,15 @@ def main(duration_s: float) -> None:
         command = receive_command(config, "127.0.0.1:0", security=keys)
         receiver = stack.enter_context(process(command, dict(os.environ), logs / "receiver.log"))
         address = listening_address(receiver)
-        command = headset_command(address, "--subscribe", TOPIC, TYPE, security=keys)
+        topics = {TOPIC: TYPE, **dict.fromkeys(LARGE, LARGE_TYPE)}
+        subscribe = (word for topic in topics.items() for word in ("--subscribe", *topic))
+        command = headset_command(address, *subscribe, security=keys)
         headset = stack.enter_context(process(command, dict(os.environ), logs / "headset.log"))
         arrivals = Arrivals(headset)
         publisher = stack.enter_context(Player("publisher", TOPIC, str(RATE_HZ)))
         publisher.line()
         publisher.usage(RATE_HZ)  # the first ones are slower, as those of any program
-        arrivals.wait(RATE_HZ)
+        arrivals.wait(arrivals.latencies_ns, RATE_HZ)
         time.sleep(_WARM_UP_S)
         pids = {"receiver": receiver.pid, "headset": headset.pid}
         with _measured(pids, duration_s) as without:
@@ -108,7 +125,7 @@ def main(duration_s: float) -> None:
             began_s = time.monotonic()
             publisher.usage(messages)
             passed_s = time.monotonic() - began_s
-            arrivals.wait(messages)
+            arrivals.wait(arrivals.latencies_ns, messages)
         p50, p99, longest = np.percentile(arrivals.latencies_ns, (50, 99, 100)) / 1e6
         more_percent = {role: with_topic[role] - without[role] for role in pids}
         results = {
@@ -123,16 +140,45 @@ def main(duration_s: float) -> None:
                 f"{role}_cpu_us_per_message": it * 1e4 / RATE_HZ
                 for role, it in more_percent.items()
             },
-            "book": _book(),
+            "book": _book(TOPIC),
             "duration_s": passed_s,
         }
+        for topic in LARGE:
+            results |= _large(topic, arrivals, pids, duration_s)
     RESULTS.write_text(json.dumps(results, indent=2) + "\n")
+
+
+def _large(
+    topic: str, arrivals: Arrivals, pids: dict[str, int], duration_s: float
+) -> dict[str, Any]:
+    rate_hz, length = LARGE[topic]
+    messages, latencies_ns = round(duration_s * rate_hz), arrivals.of_large_ns[topic]
+    with Player("publisher", topic, str(rate_hz), str(length)) as publisher:
+        publisher.line()
+        publisher.usage(rate_hz)
+        arrivals.wait(latencies_ns, rate_hz)
+        latencies_ns.clear()
+        with _measured(pids, duration_s) as figures:
+            publisher.usage(messages)
+            arrivals.wait(latencies_ns, messages)
+    p50, p99, longest = np.percentile(latencies_ns, (50, 99, 100)) / 1e6
+    status = Path(f"/proc/{pids['receiver']}/status").read_text()
+    results = {
+        "latency_p50_ms": p50,
+        "latency_p99_ms": p99,
+        "latency_max_ms": longest,
+        "lost": messages - len(latencies_ns),
+        "imu_p99_ms": figures["imu_p99_ms"],
+        "rss_mb": int(status.partition("VmHWM:")[2].split()[0]) / 1e3,
+        "book": _book(topic),
+    }
+    return {f"{Path(topic).name}_{what}": it for what, it in results.items()}
 
 
 def _config() -> str:
     tree = yaml.safe_load(compressed_config())
     (node,) = tree.values()
-    node["ros__parameters"]["app"] = {"subscribe": [TOPIC]}
+    node["ros__parameters"]["app"] = {"subscribe": [TOPIC, *LARGE]}
     return yaml.safe_dump(tree)
 
 
@@ -151,11 +197,11 @@ def _measured(pids: dict[str, int], duration_s: float) -> Iterator[dict[str, flo
         figures[role] = each.cpu_percent
 
 
-def _book() -> dict[str, int]:
+def _book(topic: str) -> dict[str, int]:
     """Returns the counts of the receiver and the app."""
     diagnostics = DiagnosticsNode()
     try:
-        row = diagnostics.rows("", _TIMEOUT_S)[f"subscription {TOPIC}"]
+        row = diagnostics.rows("", _TIMEOUT_S)[f"subscription {topic}"]
     finally:
         diagnostics.close()
     return {what: int(value) for what, value in row.items() if value.isdecimal() and what != "id"}

@@ -186,7 +186,8 @@ SECTIONS = [
         "ROS into the headset",
         "1000 messages per second of 100 bytes to the app of the simulated headset, beside all "
         "streams of config/demo.yaml, with TLS. Latency is from the call of `publish` in "
-        "another process until the app has printed the message.",
+        "another process until the app has printed the message. Then 20 messages of 1 MB per "
+        "second, and one of 16 MiB.",
         [
             Measure("latency, half of the messages", "latency_p50_ms", "ms"),
             Measure("latency, 99 % of the messages", "latency_p99_ms", "ms"),
@@ -194,6 +195,10 @@ SECTIONS = [
             Measure("IMU sample to subscriber without it, 99 %", "imu_without_p99_ms", "ms"),
             Measure("IMU sample to subscriber with it, 99 %", "imu_p99_ms", "ms"),
             Measure("`ml2-receiver`, CPU per message", "receiver_cpu_us_per_message", "µs"),
+            Measure("latency of 1 MB, half of the messages", "of_1_mb_latency_p50_ms", "ms"),
+            Measure("IMU sample to subscriber beside 1 MB, 99 %", "of_1_mb_imu_p99_ms", "ms"),
+            Measure("latency of 16 MiB, half of the messages", "of_16_mib_latency_p50_ms", "ms"),
+            Measure("IMU sample to subscriber beside 16 MiB, 99 %", "of_16_mib_imu_p99_ms", "ms"),
         ],
     ),
     *[

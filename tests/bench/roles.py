@@ -137,19 +137,22 @@ def play_subscriber(type: str, counted: str, *others: str) -> None:
         rclpy.spin(node)
 
 
-def play_publisher(topic: str, rate_hz: str) -> None:
-    """Publishes, for each line of standard input, so many messages of 100 bytes at a rate.
+def play_publisher(topic: str, rate_hz: str, length: str = "") -> None:
+    """Publishes, for each line of standard input, so many messages at a rate.
 
-    Each begins with the time of its publication in ns, by CLOCK_MONOTONIC. It first waits for a
-    subscriber.
+    They are texts of 100 bytes that begin with the time of their publication in ns, by
+    CLOCK_MONOTONIC, or so many bytes. It first waits for a subscriber.
     """
     import rclpy
     from rclpy.qos import QoSProfile
-    from std_msgs.msg import String
+    from std_msgs.msg import String, UInt8MultiArray
 
     rclpy.init()
     node = rclpy.create_node("publisher")
-    publisher = node.create_publisher(String, topic, QoSProfile(depth=100))
+    large = UInt8MultiArray(data=bytes(int(length))) if length else None
+    publisher = node.create_publisher(
+        type(large) if large else String, topic, QoSProfile(depth=100)
+    )
     while not publisher.get_subscription_count():
         time.sleep(_POLL_S)
     print("ready", flush=True)
@@ -159,7 +162,7 @@ def play_publisher(topic: str, rate_hz: str) -> None:
         begin_s = time.monotonic()
         for number in range(int(line)):
             time.sleep(max(0.0, begin_s + number * period_s - time.monotonic()))
-            publisher.publish(String(data=f"{time.monotonic_ns():020}{padding}"))
+            publisher.publish(large or String(data=f"{time.monotonic_ns():020}{padding}"))
         print_usage(int(line))
     rclpy.shutdown()
 

@@ -45,7 +45,7 @@ echo "[14/16] Zenoh: CPU, the longest put, and a thin link (2 minutes; the link 
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/zenoh_bench.py build/bench/zenoh.json 500 30
 echo "[15/16] the page of view, which shows everything to a client (a minute)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/view_bench.py 30
-echo "[16/16] the way back: 1000 messages per second to the app beside all sensors with TLS (3 minutes)"
+echo "[16/16] the way back: 1000 messages per second to the app, then large ones, beside all sensors with TLS (6 minutes)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/downlink_bench.py 60
 python3 tests/bench/show.py build/bench/*.json
 python3 tests/bench/performance_page.py

@@ -3,20 +3,22 @@
 Usage: links.py SECONDS [NAME ...]. A link is a pair of network namespaces whose headset side sends
 through a token bucket with a queue of 50 ms; a link with a round trip is delayed_link.py. Writes
 build/bench/links.json: everything raw over links of constant rates for SECONDS each and over three
-that change, for 40 s each, then compressed streams and video; and build/bench/long_link.json. With
-NAMEs it measures only these, and writes no file.
+that change, for 40 s each, then compressed streams and video, also while the app wants 20 MB/s of
+ROS; and build/bench/long_link.json. With NAMEs it measures only these, and writes no file.
 """
 
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -24,7 +26,7 @@ import drawing
 from left_out import left_out
 from link_changes import Change, competes, falls_and_rises, followed, nothing, stalls
 from load_run import Loaded, load_run
-from processes import PREFIX, ROOT, draw_images
+from processes import PREFIX, ROOT, draw_images, isolated_environment
 from shaped_link import Link, link, why_not
 from simulation import (
     compressed_config,
@@ -44,16 +46,37 @@ class Run:
     """A measurement of `config` over a link.
 
     `change` may change the link, in a thread, until its event is set; it notes what it changed.
+    `is_much_wanted` says that the app wants 20 MB/s of ROS.
     """
 
     name: str
     rate_mbit: float
     congestion: str = "cubic"
     rtt_ms: float = 0.0
+    way_back: Literal["free", "own", "shared"] = "free"
     duration_s: float | None = None
     config: str = RAW
     options: tuple[str, ...] = ()
     change: Callable[[Link, threading.Event, list[Change]], None] = nothing
+    is_much_wanted: bool = False
+
+
+@contextmanager
+def wanted(run: Run, made: Link, environment: dict[str, str]) -> Iterator[None]:
+    """Publishes 20 MB/s for the app, if the run is one of that."""
+    if not run.is_much_wanted:
+        yield
+        return
+    role = (ROOT / "tests" / "bench" / "roles.py", "publisher", LARGE_TOPIC, "20", str(LARGE_BYTES))
+    command = (*made.receiver.prefix, sys.executable, *role)
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, text=True, env=environment) as publisher:
+        assert publisher.stdin is not None
+        print(10**6, file=publisher.stdin, flush=True)
+        try:
+            yield
+        finally:
+            publisher.kill()
 
 
 def measure(run: Run, duration_s: float) -> dict[str, Any]:
@@ -76,7 +99,11 @@ def measure(run: Run, duration_s: float) -> dict[str, Any]:
 
 
 def _measured(run: Run, config: Path, folder: Path, duration_s: float) -> dict[str, Any]:
-    with link(run.congestion, run.rate_mbit, run.rtt_ms) as made:
+    environment = isolated_environment()
+    with (
+        link(run.congestion, run.rate_mbit, run.rtt_ms, run.way_back) as made,
+        wanted(run, made, environment),
+    ):
         over = threading.Event()
         changes: list[Change] = []
         changing = threading.Thread(target=run.change, args=[made, over, changes])
@@ -84,12 +111,16 @@ def _measured(run: Run, config: Path, folder: Path, duration_s: float) -> dict[s
         try:
             hosts = (made.receiver, made.headset)
             run_s = run.duration_s or duration_s
-            (loaded,) = load_run(config, folder, run_s, headset_options=run.options, hosts=hosts)
+            options: dict[str, Any] = {"headset_options": run.options, "environment": environment}
+            (loaded,) = load_run(config, folder, run_s, hosts=hosts, **options)
         finally:
             over.set()
             changing.join()
         steps = adaptations(folder / "one" / "receiver.log")
         row = _row(loaded, run) | {"packets_dropped": made.dropped(), "steps": steps}
+        if run.is_much_wanted:
+            arrived = (folder / "one" / "headset.log").read_text().count(f"\n{LARGE_TOPIC} ")
+            row["down_mbit"] = arrived * LARGE_BYTES * 8e-6 / loaded.duration_s
         if changes:
             row["changes"] = _changes(changes, folder / "one" / "arrivals.npz")
         return row
@@ -121,6 +152,7 @@ def _row(loaded: Loaded, run: Run) -> dict[str, Any]:
     return {
         "link_mbit": run.rate_mbit,
         "rtt_ms": run.rtt_ms,
+        "way_back": run.way_back,
         "congestion": run.congestion,
         "config": run.name,
         "imu_p50_ms": imu["latency_ms"]["p50"],
@@ -137,10 +169,18 @@ def _row(loaded: Loaded, run: Run) -> dict[str, Any]:
     }
 
 
+LARGE_TOPIC, LARGE_BYTES = "/bench/large", 1_000_000
 NOISE = ("image_noise=2", "depth_noise_m=0.001", "depth_noise_per_m=0.003")
 NOISY = tuple(word for key in NOISE for word in ("--simulate", key))
 LONG = Run("one raw camera", 400, rtt_ms=20, config=one_camera(**FIXED))
+WAYS: tuple[Literal["own", "shared"], ...] = ("own", "shared")
 AUTO: dict[str, Any] = {"config": compressed_config(), "options": NOISY, "duration_s": 60}
+MUCH: dict[str, Any] = {
+    "config": compressed_config() + f"    app: {{subscribe: [{LARGE_TOPIC}]}}\n",
+    "options": (*NOISY, "--subscribe", LARGE_TOPIC, "std_msgs/msg/UInt8MultiArray"),
+    "duration_s": 60,
+    "rtt_ms": 10,
+}
 RUNS = (
     *(Run("raw", rate, it) for rate in (300, 100, 50, 30) for it in ("cubic", "bbr")),
     *(Run("raw", rate, rtt_ms=rtt) for rate in (180, 70, 45) for rtt in (0, 20, 60)),
@@ -160,6 +200,12 @@ RUNS = (
     Run("auto", 70, rtt_ms=60, **AUTO),
     Run("auto, 100, 20, 100", 100, change=falls_and_rises, **AUTO),
     Run("auto, another flow", 100, change=competes, **AUTO),
+    *(Run("auto, nothing wanted", rate, **MUCH) for rate in (100, 30)),
+    *(
+        Run(f"auto, 20 MB/s wanted, {way}", rate, way_back=way, is_much_wanted=True, **MUCH)
+        for rate in (100, 30)
+        for way in WAYS
+    ),
 )
 
 

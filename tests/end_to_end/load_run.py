@@ -154,6 +154,7 @@ def load_run(
     link: Callable[[str], Proxy] | None = None,
     is_enough: Callable[[dict[str, Any]], bool] = lambda _: False,
     hosts: tuple[Host, Host] = (Host(), Host()),
+    environment: dict[str, str] | None = None,
 ) -> list[Loaded]:
     """Runs one headset per name at the same time; an empty name means none.
 
@@ -166,8 +167,9 @@ def load_run(
             subscriber's snapshot, of which there is one about each second.
         hosts: that of receiver and subscriber, and that of the headset.
         record: the folder for a recording of the only receiver, or None.
+        environment: that of the processes; without it, one with a ROS domain of its own.
     """
-    environment = isolated_environment()
+    environment = environment or isolated_environment()
     if java_options:
         environment["JAVA_TOOL_OPTIONS"] = java_options
     with contextlib.ExitStack() as stack:
