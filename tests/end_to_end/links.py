@@ -111,8 +111,9 @@ def _measured(run: Run, config: Path, folder: Path, duration_s: float) -> dict[s
         try:
             hosts = (made.receiver, made.headset)
             run_s = run.duration_s or duration_s
-            options: dict[str, Any] = {"headset_options": run.options, "environment": environment}
-            (loaded,) = load_run(config, folder, run_s, hosts=hosts, **options)
+            options = (*run.options, *(SUBSCRIBE if run.is_much_wanted else ()))
+            more: dict[str, Any] = {"headset_options": options, "environment": environment}
+            (loaded,) = load_run(config, folder, run_s, hosts=hosts, **more)
         finally:
             over.set()
             changing.join()
@@ -170,6 +171,7 @@ def _row(loaded: Loaded, run: Run) -> dict[str, Any]:
 
 
 LARGE_TOPIC, LARGE_BYTES = "/bench/large", 1_000_000
+SUBSCRIBE = ("--subscribe", LARGE_TOPIC, "std_msgs/msg/UInt8MultiArray")
 NOISE = ("image_noise=2", "depth_noise_m=0.001", "depth_noise_per_m=0.003")
 NOISY = tuple(word for key in NOISE for word in ("--simulate", key))
 LONG = Run("one raw camera", 400, rtt_ms=20, config=one_camera(**FIXED))
@@ -177,7 +179,7 @@ WAYS: tuple[Literal["own", "shared"], ...] = ("own", "shared")
 AUTO: dict[str, Any] = {"config": compressed_config(), "options": NOISY, "duration_s": 60}
 MUCH: dict[str, Any] = {
     "config": compressed_config() + f"    app: {{subscribe: [{LARGE_TOPIC}]}}\n",
-    "options": (*NOISY, "--subscribe", LARGE_TOPIC, "std_msgs/msg/UInt8MultiArray"),
+    "options": NOISY,
     "duration_s": 60,
     "rtt_ms": 10,
 }

@@ -170,6 +170,8 @@ class Downlink:
             untaken = self._untaken.get(id, deque())
             while untaken and (number - untaken[0][0]) % (1 << 32) < 1 << 31:
                 untaken.popleft()
+            if not untaken:
+                self._untaken.pop(id, None)
             for lane in BULK_LANES:  # the bound of all openings may have held any of them
                 self._turns[lane.name].changed.notify()
 
