@@ -5,9 +5,10 @@ from collections import defaultdict
 
 from ml2_receiver.configuration.app_rules import AppRules
 from ml2_receiver.errors import PublishError
-from ml2_receiver.session.downlink import Downlink, SubscriptionQueue
+from ml2_receiver.session.downlink import Downlink
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.sink import Applied, Publish
+from ml2_receiver.session.subscription_queue import SubscriptionQueue
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import Frame
 from ml2_receiver.wire.opening_bodies import Open, Opened

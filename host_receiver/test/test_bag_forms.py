@@ -19,6 +19,7 @@ from mcap_ros2.writer import Writer
 from rosbags.rosbag2 import CompressionMode
 
 from bag_forms import STRING, Mcap, Row, Rows, sound_rows, split, text, with_rosbags, write
+from command_line import refusal
 from ml2_receiver.cli import main
 from ml2_receiver.errors import RecordingError
 from ml2_receiver.recording.message_definitions import DEFINITIONS
@@ -26,7 +27,6 @@ from ml2_tools.bags import bag_reader, mcap_file
 from ml2_tools.bags.bag_reader import Bag, BagReader
 from ml2_tools.bags.decoding import decoder
 from ml2_tools.bags.indexed_bag import History, IndexedBag
-from refusals import refusal
 from ros_messages import TYPES
 from sound_bag import BEGIN_NS, IMU, PREFIX
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from command_line import refusal
 from ml2_receiver.cli import command_line, main
-from refusals import refusal
 
 WRAPPER = Path(__file__).resolve().parents[1] / "ml2-receiver"
 COMMANDS = [

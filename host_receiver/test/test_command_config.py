@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 import yaml
 
+from command_line import refusal
 from configurations import only
 from ml2_receiver.cli import main
-from refusals import refusal
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 import adb_stand_in
+from command_line import refusal
 from ml2_receiver.cli import main
 from ml2_tools.headset import app
-from refusals import refusal
 
 README = Path(__file__).parents[2] / "ml2-sensors-aar" / "app" / "README.md"
 URI = f"ml2s://192.168.1.7:40001?fp={'a1' * 32}&token={'b2' * 16}"

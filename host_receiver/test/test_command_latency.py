@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from command_line import refusal
 from mock_device import MockDevice
-from refusals import refusal
 from repeated import repeated
 from ros_processes import Child
 from waiting import LIMIT_S, await_true

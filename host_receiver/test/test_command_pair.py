@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from command_line import refusal
 from configurations import only
 from ml2_receiver.cli import main
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
 from mock_device import MockDevice
-from refusals import refusal
 from ros_processes import Child
 from terminal import OnTerminal
 from test_pairing_listener import ERROR, PAIR, PAIRED, PairingScene, read, send

@@ -11,6 +11,7 @@ import pytest
 
 import bag_scene
 from bag_scene import COUNT
+from command_line import refusal
 from fake_sink import FakeSink
 from free_port import reserve_port
 from ml2_receiver.cli import main
@@ -22,7 +23,6 @@ from ml2_tools.playback.answers import Repertoire
 from ml2_tools.playback.lane import Destination
 from ml2_tools.playback.session import PlaybackSession
 from playback_scene import receiving, to, write_custom
-from refusals import refusal
 from ros_processes import Child
 from terminal import OnTerminal
 from waiting import LIMIT_S

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from command_line import refusal
 from configurations import only
 from ml2_receiver.cli import main
 from mock_device import MockDevice
-from refusals import refusal
 from ros_processes import Child, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")

@@ -18,6 +18,7 @@ import pytest
 import zenoh
 
 import bag_scene
+from command_line import refusal
 from configurations import only
 from fake_sink import FakeSink
 from ml2_receiver.commands.zenoh_start import zenoh_output
@@ -30,7 +31,6 @@ from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Configure
 from ml2_receiver.zenoh.configuration import session_configuration
 from mock_device import MockDevice
-from refusals import refusal
 from ros_messages import TYPES
 from ros_processes import Child, Receiver, Subscriber, environment
 from waiting import LIMIT_S, await_true

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 import yaml
 
+from command_line import refusal
 from configurations import only
 from ml2_receiver.cli import main
 from ml2_receiver.table.reader import load_table
 from ml2_tools.products.product import Shared, all_products
-from refusals import refusal
 
 TABLE = load_table()
 MADE = {topic: type for it in all_products(Shared()) for topic, type in it.types.items()}

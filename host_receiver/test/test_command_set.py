@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 import bag_scene
+from command_line import refusal
 from configurations import only
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.config import load_config
 from mock_device import MockDevice
-from refusals import refusal
 from repeated import repeated
 from ros_processes import Child, Client, environment
 from waiting import LIMIT_S

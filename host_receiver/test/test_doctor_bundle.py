@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from command_line import refusal
 from ml2_receiver.cli import main
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.pairing.uri import PairingUri
@@ -15,7 +16,6 @@ from ml2_receiver.security.identity import Identity
 from ml2_tools.commands import doctor
 from ml2_tools.doctor import bundle
 from ml2_tools.doctor.findings import Finding
-from refusals import refusal
 
 TOKEN = "0123456789abcdef" * 2
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(256))

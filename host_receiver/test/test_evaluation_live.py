@@ -23,10 +23,10 @@ from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
 from camera_messages import camera_info, stamped, transform_of
+from command_line import refusal
 from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation import live
 from ml2_tools.evaluation.live import record_live
-from refusals import refusal
 from rendered_room import CAMERA, Walk
 from waiting import LIMIT_S, await_true
 

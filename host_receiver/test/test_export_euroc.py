@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 import yaml
 
+from command_line import refusal
 from ml2_receiver.cli import main
-from refusals import refusal
 from sound_bag import (
     ACCELERATION,
     BEGIN_NS,

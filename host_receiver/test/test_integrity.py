@@ -12,13 +12,13 @@ import pytest
 from mcap.writer import Writer
 
 import bag_scene
+from command_line import refusal
 from ml2_receiver.cli import main
 from ml2_receiver.recording.message_definitions import DEFINITIONS
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION
 from ml2_tools.bags.bag_reader import Bag
 from ml2_tools.inspection.check import Check
 from ml2_tools.inspection.inspection import inspect
-from refusals import refusal
 from ros_messages import TYPES, string
 from sound_bag import (
     BEGIN_NS,

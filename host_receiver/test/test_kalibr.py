@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import yaml
 
+from command_line import refusal
 from ml2_receiver.configuration.calibration import Calibration
 from ml2_tools.errors import ExportError
 from ml2_tools.export.kalibr import ImuNoise, RigCamera, camchain, imu
 from ml2_tools.export.rig import rate_hz
-from refusals import refusal
 
 MATRIX = np.array([[900.0, 0, 640], [0, 901, 480], [0, 0, 1]])
 EQUIDISTANT = (0.1, -0.02, 3e-3, -4e-4)

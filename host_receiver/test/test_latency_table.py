@@ -4,11 +4,11 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from command_line import refusal
 from ml2_receiver.session.statistics import Latency
 from ml2_tools.errors import LatencyError
 from ml2_tools.monitoring.latency import Breakdown
 from ml2_tools.monitoring.latency_table import Breakdowns, latency_table, write_plot
-from refusals import refusal
 
 BREAKDOWNS: Breakdowns = {
     "/x/world_left/image_raw": (

@@ -15,9 +15,10 @@ from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.pacing import Pacing
 from ml2_receiver.session.books import Book, Books
-from ml2_receiver.session.downlink import Downlink, Pieces, SubscriptionQueue
+from ml2_receiver.session.downlink import Downlink
 from ml2_receiver.session.openings import LANE_KINDS, Openings
 from ml2_receiver.transport.transport import PlainTransport
+from ml2_receiver.session.subscription_queue import Pieces, SubscriptionQueue
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, FrameParser, Header
 from ml2_receiver.wire.json_body import JsonBody
 from ml2_receiver.wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Side
@@ -144,7 +145,7 @@ def test_taken_is_for_what_was_sent_since_the_last_one(
 
 def test_a_request_is_answered_once(openings: Openings, graph: FakeGraph) -> None:
     for number in (LAST, 1):
-        openings.asked(SERVICE, number)
+        openings.begins(Kind.REQUEST, SERVICE, number)
     failure = Failure("refused", "no").to_bytes()
     for _ in range(2):
         openings.received("ros", frame(Kind.RESPONSE, SERVICE, LAST, PAYLOAD))
@@ -165,7 +166,7 @@ def test_64_requests_of_all_clients_are_under_way_at_most(
     ask = [frame(Kind.REQUEST, id, number, PAYLOAD, 1) for id in clients for number in range(16)]
     answered = [openings.received("ros", it) for it in ask]
     assert [it and it.code for it in answered] == [None] * 64 + ["busy"] * 16
-    openings.answered(CLIENT, 0)
+    openings.begins(Kind.RESPONSE, CLIENT, 0)
     assert openings.received("ros", frame(Kind.REQUEST, 14, 99, PAYLOAD, 1)) is None
     assert len(graph.received_numbers) == 65
 
@@ -191,7 +192,7 @@ def test_each_frame_is_passed_on_counted_answered_or_refused(
     for number in range(5000):
         drawn = any_frame(chance, number)
         if number % 7 == 0:
-            openings.asked(SERVICE, number)
+            openings.begins(Kind.REQUEST, SERVICE, number)
             openings.sent(LARGE, number)
         before = openings.late, len(graph.received_numbers)
         try:

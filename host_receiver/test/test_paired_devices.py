@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from command_line import refusal
 from ml2_receiver.errors import PairingError
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.access import PairedOnly
-from refusals import refusal
 from tls_device import Certificate
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import bag_scene
+from command_line import refusal
 from fake_sink import FakeSink
 from ml2_receiver.errors import ProtocolError, PublishError
 from ml2_receiver.session.sink import Publish
@@ -14,7 +15,6 @@ from ml2_receiver.wire.messages import Welcome
 from ml2_tools.errors import PlaybackError
 from ml2_tools.playback.timeline import Timeline
 from playback_scene import CUSTOM, play, receiving, to
-from refusals import refusal
 
 LATE_S = 9_300_000_000  # 2^63 ns are 9.22e9 s
 

@@ -10,6 +10,7 @@ import pytest
 import bag_scene
 from bag_readers import digest, mcap_file, with_mcap
 from bag_scene import COMPRESSED_REQUEST, COUNT, REQUEST
+from command_line import refusal
 from fake_sink import FakeSink
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.recorder import Recorder
@@ -20,7 +21,6 @@ from ml2_receiver.topics.fan_out import FanOut
 from ml2_receiver.wire.messages import ChannelStatus
 from ml2_tools.playback.answers import Repertoire
 from playback_scene import CUSTOM, play, played, receiving, write_custom
-from refusals import refusal
 
 
 def test_it_sends_what_was_recorded(bag: Path) -> None:

@@ -13,6 +13,7 @@ from mcap.writer import Writer
 
 import bag_scene
 from bag_readers import mcap_file
+from command_line import refusal
 from ml2_receiver.errors import RecordingError
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
@@ -21,7 +22,6 @@ from ml2_tools.playback import timeline
 from ml2_tools.playback.answers import Repertoire
 from ml2_tools.playback.player import Player
 from ml2_tools.playback.timeline import Timeline
-from refusals import refusal
 
 SECOND_NS = 10**9
 type Messages = list[tuple[str, int, bytes]]

@@ -51,7 +51,7 @@ from test_msgs.message_fixtures import get_test_msg  # type: ignore[import-untyp
 from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.ros.context import tool_node
 from ml2_receiver.ros.graph import Heard
-from ml2_receiver.ros.layout import described, plain
+from ml2_receiver.ros.layout import described, exact, plain
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.plain_messages import status_name
 from ml2_receiver.wire.kinds import Kind
@@ -476,7 +476,7 @@ def of_rosbags(message: Any, type: str) -> Any:
     raise AssertionError(type)
 
 
-def test_big_endian_messages_become_what_rosbags_writes() -> None:
+def test_big_endian_messages_and_those_of_rclpy_become_what_rosbags_writes() -> None:
     for name in TEST_TYPES:
         type = f"test_msgs/msg/{name}"
         if name == "WStrings":  # which rosbags does not know
@@ -489,6 +489,7 @@ def test_big_endian_messages_become_what_rosbags_writes() -> None:
                 for is_little in (False, True)
             )
             assert plain(big, own.layout) == little, type
+            assert exact(serialize_message(each), own.layout) == little, type
             with pytest.raises(ValueError, match="ends before"):
                 plain(big[:-1], own.layout)
 

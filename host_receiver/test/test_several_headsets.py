@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from bag_forms import NOISE, REQUEST, Row, sound_rows, text, write
+from command_line import refusal
 from ml2_receiver.cli import main
 from ml2_receiver.errors import RecordingError
 from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.bags.indexed_bag import IndexedBag
 from ml2_tools.evaluation.sequence import read_sequence
 from playback_scene import played
-from refusals import refusal
 from sound_bag import METADATA, PREFIX
 
 SECOND = f"/robot2{PREFIX}"

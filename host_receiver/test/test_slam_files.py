@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
+from command_line import refusal
 from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation.slam_files import read_trajectory
-from refusals import refusal
 
 # sin and cos of 45 degrees: half of a quarter turn
 S = "0.707107"

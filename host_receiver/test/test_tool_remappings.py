@@ -6,12 +6,11 @@ from pathlib import Path
 import pytest
 
 import bag_scene
-from command_line import with_subcommands
+from command_line import refusal, with_subcommands
 from configurations import only
 from ml2_receiver import cli
 from ml2_receiver.commands.ros_start import ros_args_of, topic_remappings
 from mock_device import MockDevice
-from refusals import refusal
 from repeated import repeated
 from ros_processes import Child, Receiver
 

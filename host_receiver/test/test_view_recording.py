@@ -11,10 +11,10 @@ import pytest
 
 import recorded_room
 from bag_scene import new_writer, tf, written
+from command_line import refusal
 from ml2_receiver.cli import main
 from ml2_tools.viewing.recorded_source import RecordedSource
 from recorded_room import BEGIN_NS, EYE_S, HZ, LENGTH_S, grey
-from refusals import refusal
 from ros_processes import Child
 from viewing_browser import Browser, Picture, View
 

@@ -5,8 +5,8 @@ from types import ModuleType
 
 import pytest
 
+from command_line import refusal
 from ml2_tools.commands import call, devices, latency, record_attached, topics, view
-from refusals import refusal
 from terminal import OnTerminal
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")

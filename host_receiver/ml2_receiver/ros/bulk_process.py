@@ -25,7 +25,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from ..session.downlink import Payload
+from ..session.subscription_queue import Payload
 from .context import start_node
 from .given_arguments import given
 from .layout import described, plain

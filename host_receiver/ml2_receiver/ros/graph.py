@@ -1,4 +1,4 @@
-"""Carries out the openings of apps with ROS: subscriptions."""
+"""Carries out the openings of apps with ROS: subscriptions, and clients of services."""
 
 import threading
 from collections import deque
@@ -12,13 +12,15 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from ..configuration.app_rules import AppRules
-from ..session.downlink import Downlink, Payload, SubscriptionQueue
+from ..session.downlink import Downlink
 from ..session.graph import refused
+from ..session.subscription_queue import Payload, SubscriptionQueue
 from ..wire.frame import Frame
 from ..wire.kinds import ROS
 from ..wire.opening_bodies import Open, Opened
+from .app_clients import AppClient
 from .bulk_process import BulkTaker
-from .layout import Described, DifferentError, described, plain
+from .layout import Described, DifferentError, described, described_service, plain
 from .node import RosNode
 from .raw_taker import RawTaker
 from .real_time import steady_timer
@@ -28,6 +30,7 @@ _LONGEST_NAME = 255
 _LEAST_DEPTH = 10
 # What a subscription that replaces another one may get again.
 _REMEMBERED = 1000
+_OF_SERVICES = ("client", "service")
 
 
 class Heard:
@@ -100,6 +103,7 @@ class RosGraph:
         self._taker: RawTaker | None = None
         self._bulk_taker: BulkTaker | None = None
         self._open: dict[int, _Subscription] = {}
+        self._clients: dict[int, AppClient] = {}
         steady_timer(node.parameters, _FOLLOW_S, self._follow)
 
     def __enter__(self) -> Self:
@@ -118,7 +122,7 @@ class RosGraph:
 
     def resolve(self, wanted: Open) -> str:
         try:
-            name = self._ros.remapped(wanted.name or "")
+            name = self._ros.remapped(wanted.name or "", is_service=wanted.kind in _OF_SERVICES)
             validate_full_topic_name(name)
         except Exception as error:  # of several types
             raise ValueError(f"{wanted.name!r} is no name of ROS: {error}") from error
@@ -127,6 +131,8 @@ class RosGraph:
         return name
 
     def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
+        if wanted.kind == "client":
+            return self._open_client(wanted, name, downlink)
         if wanted.kind != "subscription":
             return refused(wanted, f"this receiver opens no {wanted.kind} yet")
         type = wanted.type or ""
@@ -158,14 +164,38 @@ class RosGraph:
             checked=checked,
         )
 
+    def _open_client(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
+        type = wanted.type or ""
+        try:
+            own = described_service(type)
+            checked = own.compare(wanted.hash, wanted.layout)
+        except ImportError as error:
+            return refused(wanted, f"{type} is not installed here: {error}", "type")
+        except DifferentError as error:
+            return refused(wanted, str(error), "layout")
+        for found, types in self._ros.parameters.get_service_names_and_types():
+            if found == name and type not in types:
+                reason = f"{name} is a {' and '.join(types)}, and the app calls a {type}"
+                return refused(wanted, reason, "type")
+        client = AppClient(wanted.id, name, own, downlink)
+        with self._lock:
+            self._clients[wanted.id] = client
+            self._running().serve(client)
+        return Opened(wanted.id, "opened", name=name, lane="ros", checked=checked)
+
     def close(self, id: int) -> None:
         with self._lock:
-            found = self._open.pop(id, None)
-            if found is not None:
-                self._taker_of(found).remove(found)
+            if (subscription := self._open.pop(id, None)) is not None:
+                self._taker_of(subscription).remove(subscription)
+            if (client := self._clients.pop(id, None)) is not None:
+                self._running().end(client)
 
     def received(self, frame: Frame) -> None:
-        """Takes nothing: subscriptions get no frames on the lane ros."""
+        with self._lock:
+            client = self._clients.get(frame.header.channel)
+        if client is not None:
+            client.put(frame)
+            self._running().wake()
 
     def _taker_of(self, subscription: _Subscription) -> RawTaker | BulkTaker:
         if subscription.queue.lane is ROS:
@@ -194,6 +224,9 @@ class RosGraph:
             for subscription in self._open.values():
                 if subscription.topic == topic:
                     subscription.queue.ending = f"{topic}: {error}", "type"
+            for client in self._clients.values():
+                if client.topic == topic:
+                    client.failed(error)
 
     def _publishers(self, name: str) -> list[TopicEndpointInfo]:
         return list(self._ros.parameters.get_publishers_info_by_topic(name))

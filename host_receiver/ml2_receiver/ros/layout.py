@@ -25,8 +25,8 @@ from rosidl_parser.definition import (
 )
 
 from ..printable import printable
-from ..table.stream_table import MESSAGE_TYPE
-from ..topics.message_types import message_class
+from ..table.stream_table import MESSAGE_TYPE, SERVICE_TYPE
+from ..topics.message_types import message_class, service_class
 from ..wire.frame import CDR_ENCAPSULATION
 
 _MOST_CHARACTERS = 150
@@ -79,7 +79,7 @@ class Described:
 
 @functools.cache
 def described(type: str) -> Described:
-    """Returns what is installed.
+    """Returns what is installed of a message type.
 
     Raises:
         ImportError: as message_class(), or it is no name of a type.
@@ -87,6 +87,24 @@ def described(type: str) -> Described:
     if not MESSAGE_TYPE.fullmatch(type):  # of a peer: to look for `a.b` would import `a`
         raise ImportError("expected PACKAGE/msg/NAME")
     made = message_class(type)
+    return Described(type, _hash(type), layout(made))
+
+
+@functools.cache
+def described_service(type: str) -> Described:
+    """Returns what is installed of a type of services: its layout has two parts, around `>`.
+
+    Raises:
+        ImportError: as service_class(), or it is no name of a type.
+    """
+    if not SERVICE_TYPE.fullmatch(type):
+        raise ImportError("expected PACKAGE/srv/NAME")
+    made = service_class(type)
+    parts = layout(made.Request), layout(made.Response)
+    return Described(type, _hash(type), ">".join(parts))
+
+
+def _hash(type: str) -> str:
     package, _, rest = type.partition("/")
     spec = find_spec(package)
     assert spec is not None
@@ -94,8 +112,7 @@ def described(type: str) -> Described:
     # PREFIX/lib/pythonX.Y/site-packages/PACKAGE/__init__.py
     file = Path(spec.origin).parents[4] / "share" / package / f"{rest}.json"
     hashes = json.loads(file.read_text("utf-8"))["type_hashes"] if file.is_file() else ()
-    found = [it["hash_string"] for it in hashes if it["type_name"] == type]
-    return Described(type, "".join(found), layout(made))
+    return "".join(it["hash_string"] for it in hashes if it["type_name"] == type)
 
 
 def layout(message: Any) -> str:
@@ -144,12 +161,22 @@ def plain(payload: bytes, layout: str) -> bytes:
     if payload.startswith(_LITTLE):  # with options, which say how long the padding at the end is
         return CDR_ENCAPSULATION + payload[4:]
     if payload.startswith(_BIG):
-        swapped = _Swapped(payload[4:])
-        swapped.walk(_parts(layout))
-        return CDR_ENCAPSULATION + bytes(swapped.out[: swapped.at])
+        return _Walk(payload[4:], "big").message(layout)
     kind = int.from_bytes(payload[:2])
     name = _UNREAD.get(kind, "an unknown encapsulation")
     raise ValueError(f"its publisher writes {name} (0x{kind:04x}), and this receiver reads CDR")
+
+
+def exact(payload: bytes, layout: str) -> bytes:
+    """Returns a payload of this layout as plain() does, without bytes that mean nothing.
+
+    Padding becomes zeros, and what is behind the message is cut off: rclpy leaves there whatever
+    its memory held.
+
+    Raises:
+        ValueError: as plain(), or the message ends too early.
+    """
+    return _Walk(plain(payload, layout)[4:], "little").message(layout)
 
 
 type _Part = str | tuple[list["_Part"], int | None]
@@ -191,13 +218,18 @@ def _has_large(parts: list[_Part]) -> bool:
     return False
 
 
-class _Swapped:
-    """Turns the bytes of big-endian numbers around."""
+class _Walk:
+    """Copies a message field by field, as little-endian numbers."""
 
-    def __init__(self, data: bytes) -> None:
-        self._data, self.out, self.at = data, bytearray(len(data)), 0
+    def __init__(self, data: bytes, order: Literal["little", "big"]) -> None:
+        self._data, self._order = data, order
+        self._out, self._at = bytearray(len(data)), 0
 
-    def walk(self, parts: list[_Part]) -> None:
+    def message(self, layout: str) -> bytes:
+        self._fields(_parts(layout))
+        return CDR_ENCAPSULATION + bytes(self._out[: self._at])
+
+    def _fields(self, parts: list[_Part]) -> None:
         for part in parts:
             if part == "s":
                 self._copy(self._count())
@@ -214,27 +246,30 @@ class _Swapped:
             self._numbers(size, count)
             return
         for _ in range(count):
-            self.walk(parts)
+            self._fields(parts)
 
     def _count(self) -> int:
         self._numbers(4, 1)
-        return int.from_bytes(self._data[self.at - 4 : self.at])
+        return int.from_bytes(self._data[self._at - 4 : self._at], self._order)
 
     def _copy(self, length: int) -> None:
         begin = self._take(length)
-        self.out[begin : self.at] = self._data[begin : self.at]
+        self._out[begin : self._at] = self._data[begin : self._at]
 
     def _numbers(self, size: int, count: int) -> None:
         if count == 0:  # nothing is aligned for nothing
             return
-        self.at += -self.at % size
+        self._at += -self._at % size
+        if self._order == "little":
+            self._copy(size * count)
+            return
         begin = self._take(size * count)
         for byte in range(size):
             other = begin + size - 1 - byte
-            self.out[begin + byte : self.at : size] = self._data[other : self.at : size]
+            self._out[begin + byte : self._at : size] = self._data[other : self._at : size]
 
     def _take(self, length: int) -> int:
-        begin, self.at = self.at, self.at + length
-        if self.at > len(self._data):
-            raise ValueError(f"it ends before its byte {self.at}")
+        begin, self._at = self._at, self._at + length
+        if self._at > len(self._data):
+            raise ValueError(f"it ends before its byte {self._at}")
         return begin

@@ -59,9 +59,11 @@ class RosNode:
         """The name of the node, without its namespace, after the remappings of ROS's arguments."""
         return str(self.parameters.get_name())
 
-    def remapped(self, topic: str) -> str:
-        """Returns the name under which the node publishes a topic. Any thread may call it."""
-        return self.parameters.resolve_topic_name(topic)
+    def remapped(self, name: str, *, is_service: bool = False) -> str:
+        """Returns the node's full name of a topic, or of a service. Any thread may call it."""
+        if is_service:
+            return str(self.parameters.resolve_service_name(name))
+        return self.parameters.resolve_topic_name(name)
 
     def spin(self) -> None:
         """Runs the node's callbacks in a thread, until end_spinning()."""

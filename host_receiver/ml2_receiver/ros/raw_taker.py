@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
@@ -27,6 +27,7 @@ _WAIT_NS = 100_000_000
 # messages. Counted alike, images would hold back samples of an IMU whenever some have queued.
 _MOST_BYTES_IN_TURN = 1 << 16
 _MOST_IN_TURN = 100
+_SERVING: tuple[Literal["client", "service"], ...] = ("client", "service")
 
 
 class Taking(Protocol):
@@ -54,6 +55,22 @@ class RawSubscription:
         self.callback(payload)
 
 
+class Serving(Protocol):
+    """A client or a service of ROS, all in the taker's thread; `handle` is rclpy's."""
+
+    @property
+    def kind(self) -> Literal["client", "service"]: ...
+    @property
+    def topic(self) -> str: ...
+    @property
+    def handle(self) -> Any: ...
+    def begin(self, node: Node) -> None: ...
+    def work(self, *, is_ready: bool) -> None:
+        """Does what there is to do, several times per second; `is_ready` if ROS has anything."""
+
+    def end(self, node: Node) -> None: ...
+
+
 class RawTaker:
     """Subscribes through a node that nobody spins; calls back on its own thread until stopped.
 
@@ -77,6 +94,7 @@ class RawTaker:
         self._node, self._pause_s, self._failed = node, pause_s, failed
         self.failure: ReceiverError | None = None
         self._taken: list[tuple[Taking, Any]] = []
+        self._serving: list[Serving] = []
         # The node and its wait set are not thread-safe: only the thread changes them.
         self._changes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._has_changes = _rclpy.GuardCondition(node.context.handle)
@@ -99,8 +117,29 @@ class RawTaker:
         self.add(new)
         self._change(partial(self._take_last, old))
 
+    def serve(self, wanted: Serving) -> None:
+        """Begins a client or service, soon. Thread-safe."""
+        self._change(partial(self._try, wanted.topic, partial(self._begin, wanted)))
+
+    def end(self, serving: Serving) -> None:
+        """Ends a client or service, soon. Thread-safe."""
+        self._change(partial(self._try, serving.topic, partial(self._end, serving)))
+
+    def _begin(self, wanted: Serving) -> None:
+        wanted.begin(self._node)
+        self._serving.append(wanted)
+
+    def _end(self, serving: Serving) -> None:
+        if serving in self._serving:
+            self._serving.remove(serving)
+            serving.end(self._node)
+
     def _change(self, change: Callable[[], None]) -> None:
         self._changes.put(change)
+        self.wake()
+
+    def wake(self) -> None:
+        """Lets what is served work at once. Thread-safe."""
         with self._has_changes:
             self._has_changes.trigger_guard_condition()
 
@@ -147,27 +186,47 @@ class RawTaker:
             self.failure = error
 
     def _take_until_stopped(self) -> None:
-        size = -1
+        sizes = (-1, 0, 0)
         wait_set: Any = None
         # Ctrl-C may end the main thread before it can stop this one.
         while not self._is_stopped and threading.main_thread().is_alive():
             with suppress(queue.Empty):
                 while True:
                     self._changes.get_nowait()()
-            if size != len(self._taken):
-                size = len(self._taken)
-                wait_set = _rclpy.WaitSet(size, 1, 0, 0, 0, 0, self._node.context.handle)
-            wait_set.clear_entities()
-            wait_set.add_guard_condition(self._has_changes)
-            for _, subscription in self._taken:
-                wait_set.add_subscription(subscription.handle)
-            wait_set.wait(_WAIT_NS)
-            ready = set(wait_set.get_ready_entities("subscription"))
-            for wanted, subscription in self._taken:
-                if subscription.handle.pointer in ready:
-                    self._take_in_turn(wanted, subscription)
+            if sizes != self._sizes():
+                sizes = subscriptions, clients, services = self._sizes()
+                context = self._node.context.handle
+                wait_set = _rclpy.WaitSet(subscriptions, 1, 0, clients, services, 0, context)
+            self._wait(wait_set)
+            self._work(wait_set)
             if self._pause_s:
                 time.sleep(self._pause_s)
+
+    def _sizes(self) -> tuple[int, int, int]:
+        clients = sum(it.kind == "client" for it in self._serving)
+        return len(self._taken), clients, len(self._serving) - clients
+
+    def _wait(self, wait_set: Any) -> None:
+        wait_set.clear_entities()
+        wait_set.add_guard_condition(self._has_changes)
+        for _, subscription in self._taken:
+            wait_set.add_subscription(subscription.handle)
+        for serving in self._serving:
+            add = wait_set.add_client if serving.kind == "client" else wait_set.add_service
+            add(serving.handle)
+        wait_set.wait(_WAIT_NS)
+
+    def _work(self, wait_set: Any) -> None:
+        ready = set(wait_set.get_ready_entities("subscription"))
+        for wanted, subscription in self._taken:
+            if subscription.handle.pointer in ready:
+                self._take_in_turn(wanted, subscription)
+        if not self._serving:
+            return
+        ready = {it for kind in _SERVING for it in wait_set.get_ready_entities(kind)}
+        for serving in self._serving:
+            is_ready = serving.handle.pointer in ready
+            self._try(serving.topic, partial(serving.work, is_ready=is_ready))
 
     def _take_in_turn(self, wanted: Taking, subscription: Any) -> None:
         if self._pause_s:

@@ -15,8 +15,8 @@ from ..wire.json_body import JsonBody
 from ..wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Side
 from .actions import Ending
 from .connection import Connection
-from .downlink import Pieces
 from .openings import Openings
+from .subscription_queue import Pieces
 
 _SMALL_FRAMES_BYTES = 64 * 1024
 # How long the last words on a lane wait for a message that is being written.

@@ -1,90 +1,31 @@
 """Messages of ROS on their way to the headset: queues, and what writes them."""
 
-import mmap
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import NamedTuple
 
 from ..pacing import Pacing
-from ..wire.frame import encode_header
+from ..wire.frame import encode_frame
 from ..wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Lane
-from ..wire.opening_bodies import DEFAULT_DEPTH, Open, SubscriptionStatus
+from ..wire.opening_bodies import Open, SubscriptionStatus
 from .books import Books, SubscriptionReport
-
-type Payload = bytes | bytearray | mmap.mmap
-type Pieces = Iterable[bytes | memoryview]
+from .subscription_queue import Message, Pieces, SubscriptionQueue
 
 # What waits in all queues of a session together, in bytes: on `ros`, and on the lanes `bulk_N`.
 _MOST_WAITING_BYTES = {True: 16 << 20, False: 64 << 20}
 # What the app has not taken, of an opening and of a session.
 _MOST_UNTAKEN, _MOST_UNTAKEN_BYTES = 2, 128 << 20
-_SLICE_BYTES = 16 << 10
 
 
-class _Message(NamedTuple):
-    source_ns: int
-    payload: Payload
-    number: int = 0
+class _Ahead(NamedTuple):
+    """A frame that goes before messages."""
 
-    def pieces(self, id: int) -> Iterator[bytes | memoryview]:
-        """Yields its frame; of a large message only the beginning is copied."""
-        length, view = len(self.payload), memoryview(self.payload)
-        header = encode_header(
-            Kind.MESSAGE,
-            length,
-            channel=id,
-            sequence=self.number,
-            capture_ns=self.source_ns,
-            send_ns=time.time_ns(),
-        )
-        yield header + view[:_SLICE_BYTES]
-        for begin in range(_SLICE_BYTES, length, _SLICE_BYTES):
-            yield view[begin : begin + _SLICE_BYTES]
-
-
-class SubscriptionQueue:
-    """Where the graph puts the messages of one subscription, from any thread.
-
-    Attributes:
-        name, type: those of the topic.
-        lane: where its messages go.
-        book: what became of its messages, together with those of an equal opening.
-        ending: why the graph has ended it, and the code of CLOSED; None before.
-    """
-
-    def __init__(self, downlink: "Downlink", wanted: Open, name: str, lane: Lane) -> None:
-        self.id, self.name, self.type, self.lane = wanted.id, name, wanted.type or "", lane
-        self.is_latest = wanted.keep != "all"
-        self.depth = 1 if self.is_latest else (wanted.depth or DEFAULT_DEPTH)
-        self.ending: tuple[str, str] | None = None
-        self.is_open = True
-        self.waiting: deque[_Message] = deque()
-        self._period_s = 1 / wanted.max_hz if wanted.max_hz else 0.0
-        self._due_s = 0.0
-        self._downlink = downlink
-        self.book = downlink.books.open(name, self.type, wanted.received or 0)
-
-    def put(self, payload: Payload, source_ns: int) -> None:
-        """Takes a message that begins with CDR_ENCAPSULATION, published at this ROS time.
-
-        Returns at once.
-        """
-        if not self._period_s or self._is_due(time.monotonic()):
-            self._downlink.put(self, _Message(source_ns, payload))
-
-    def _is_due(self, now_s: float) -> bool:
-        if now_s < self._due_s:
-            return False
-        # Half a period of patience keeps the mean rate of a publisher that is not steady.
-        self._due_s = max((self._due_s or now_s) + self._period_s, now_s + self._period_s / 2)
-        return True
-
-    def miss(self, count: int) -> None:
-        """Counts messages that ROS lost."""
-        with self._downlink.books.lock:
-            self.book.missed += count
+    kind: Kind
+    body: bytes
+    header: Mapping[str, int]
 
 
 class _Turns(deque[SubscriptionQueue]):
@@ -107,6 +48,8 @@ class Downlink:
             sent.
         is_over: True after stop().
         pacing: that of what is sent on `bulk_N`.
+        begins: is told the kind, opening and number of each frame that does not carry a message,
+            before it is written; returns False if it is not to be sent any more.
     """
 
     def __init__(self, books: Books) -> None:
@@ -119,20 +62,23 @@ class Downlink:
         self._waiting_bytes = {True: 0, False: 0}
         # Numbers and lengths of what the app has not taken, also of openings that have ended
         self._untaken: dict[int, deque[tuple[int, int]]] = {}
+        self._ahead: deque[_Ahead] = deque()
+        self._ended: dict[int, tuple[str, str]] = {}
         self.is_over = False
         self.pacing = Pacing(lambda: self.is_over)
+        self.begins: Callable[[Kind, int, int], bool] = lambda *_: True
 
     def queue(self, wanted: Open, name: str, *, is_bulk: bool = False) -> SubscriptionQueue:
         """Returns where to put the messages of a subscription, until close()."""
         with self._lock:
             used = [it.lane for it in self._queues.values()]
         lane = min(BULK_LANES, key=used.count) if is_bulk else ROS
-        queue = SubscriptionQueue(self, wanted, name, lane)
+        queue = SubscriptionQueue(self.put, self.books, wanted, name, lane)
         with self._lock:
             self._queues[queue.id] = queue
         return queue
 
-    def put(self, queue: SubscriptionQueue, message: _Message) -> None:
+    def put(self, queue: SubscriptionQueue, message: Message) -> None:
         """Numbers a message, and queues it or counts why not."""
         with self._lock:
             if not queue.is_open:
@@ -155,7 +101,7 @@ class Downlink:
                 turns.append(queue)
                 turns.changed.notify()
 
-    def _pop(self, queue: SubscriptionQueue) -> _Message:
+    def _pop(self, queue: SubscriptionQueue) -> Message:
         message = queue.waiting.popleft()
         self._waiting_bytes[queue.lane.is_urgent] -= len(message.payload)
         return message
@@ -178,6 +124,7 @@ class Downlink:
     def close(self, id: int, reason: str) -> None:
         """Ends an opening, if it is a subscription; what waits is dropped for this reason."""
         with self._lock:
+            self._ended.pop(id, None)
             queue = self._queues.pop(id, None)
             if queue is None:
                 return
@@ -200,7 +147,25 @@ class Downlink:
         """Returns the openings that the graph has ended, with the reasons and codes of CLOSED."""
         with self._lock:
             queues = self._queues.values()
-            return [(it.id, it.ending) for it in queues if it.ending is not None]
+            endings = [(it.id, it.ending) for it in queues if it.ending is not None]
+            endings += self._ended.items()
+            self._ended.clear()
+            return endings
+
+    def end(self, id: int, reason: str, code: str) -> None:
+        """Ends an opening that has no queue, soon."""
+        with self._lock:
+            self._ended[id] = reason, code
+
+    def send(self, kind: Kind, id: int, number: int, body: bytes, capture_ns: int = 0) -> None:
+        """Sends a request or an answer, before the messages that wait.
+
+        Only so many wait as the openings allow to be under way.
+        """
+        header = {"channel": id, "sequence": number, "capture_ns": capture_ns}
+        with self._lock:
+            self._ahead.append(_Ahead(kind, body, header))
+            self._turns[ROS.name].changed.notify()
 
     def stop(self) -> None:
         """Ends write() of all lanes."""
@@ -216,6 +181,9 @@ class Downlink:
             send_all: sends a frame, given in pieces.
         """
         while (taken := self._take(lane)) is not None:
+            if isinstance(taken, _Ahead):
+                self._send_ahead(taken, send_all)
+                continue
             queue, message = taken
             if lane is not ROS:
                 self.sending(queue.id, message.number)
@@ -228,10 +196,18 @@ class Downlink:
             with self._lock:
                 queue.book.wrote(message.number)
 
-    def _take(self, lane: Lane) -> tuple[SubscriptionQueue, _Message] | None:
+    def _send_ahead(self, frame: _Ahead, send_all: Callable[[Pieces], None]) -> None:
+        kind, body, header = frame
+        if self.begins(kind, header["channel"], header["sequence"]):
+            with suppress(OSError):  # which the reader of the lane notices
+                send_all([encode_frame(kind, body, **header, send_ns=time.time_ns())])
+
+    def _take(self, lane: Lane) -> tuple[SubscriptionQueue, Message] | _Ahead | None:
         turns = self._turns[lane.name]
         with self._lock:
             while not self.is_over:
+                if lane is ROS and self._ahead:
+                    return self._ahead.popleft()
                 for queue in list(turns):
                     turns.popleft()
                     if not queue.waiting:
@@ -246,7 +222,7 @@ class Downlink:
                 turns.changed.wait()
             return None
 
-    def _has_credit(self, id: int, message: _Message) -> bool:
+    def _has_credit(self, id: int, message: Message) -> bool:
         """Takes note of the message if it may be sent now."""
         length = len(message.payload)
         untaken = self._untaken.setdefault(id, deque())

@@ -61,6 +61,7 @@ class Openings:
         self.late = 0
         self.downlink = downlink
         downlink.sending = self.sent
+        downlink.begins = self.begins
         self._rules, self._graph = rules, graph
         self._held_to = rules()
         self._lock = threading.Lock()
@@ -175,17 +176,17 @@ class Openings:
             if (opening := self._live.get(id)) is not None:
                 opening.sent = number
 
-    def asked(self, id: int, number: int) -> None:
-        """Takes note of a REQUEST that is sent to the app."""
+    def begins(self, kind: Kind, id: int, number: int) -> bool:
+        """Takes note that a REQUEST is asked, or one of the app answered; False if it has ended."""
         with self._lock:
-            self._live[id].asked = number
-            self._live[id].unanswered.add(number)
-
-    def answered(self, id: int, number: int) -> None:
-        """Takes note that a REQUEST of the app is answered."""
-        with self._lock:
-            if (opening := self._live.get(id)) is not None:
+            if (opening := self._live.get(id)) is None:
+                return False
+            if kind is Kind.REQUEST:
+                opening.asked = number
+                opening.unanswered.add(number)
+            else:
                 opening.under_way.discard(number)
+            return True
 
     def received(self, lane: str, frame: Frame) -> Failure | None:
         """Takes a frame of an opening, and returns the FAILURE that answers it if it is too much.

@@ -13,6 +13,7 @@ from ..wire.json_body import Scalar
 from ..wire.kinds import CONTROL, LINK_TEST, PAIRING, ROS_LANES, TIME, Lane, LaneKind
 
 MESSAGE_TYPE = re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
+SERVICE_TYPE = re.compile(r"[a-z][a-z0-9_]*/srv/[A-Z][A-Za-z0-9]*")
 _CUSTOM_NAME = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
 _MAX_NAME, _MAX_TYPE = 64, 128
 

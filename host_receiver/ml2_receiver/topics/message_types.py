@@ -1,4 +1,4 @@
-"""Message classes by the ROS names of their types."""
+"""Classes of messages and services by the ROS names of their types."""
 
 from __future__ import annotations
 
@@ -15,12 +15,25 @@ def message_class(name: str) -> Any:
         ImportError: its package is not installed, has no such type, or is no package of ROS
             messages and is therefore not imported.
     """
-    package, _, message = name.partition("/msg/")
+    return _made(name, "msg", "message")
+
+
+def service_class(name: str) -> Any:
+    """Returns the Python class of a type such as `std_srvs/srv/SetBool`.
+
+    Raises:
+        ImportError: as message_class().
+    """
+    return _made(name, "srv", "service")
+
+
+def _made(name: str, folder: str, what: str) -> Any:
+    package, _, type = name.partition(f"/{folder}/")
     if not _has_messages(package):
         raise ImportError(f"there is no package {package} of ROS messages here")
-    found = getattr(importlib.import_module(f"{package}.msg"), message, None)
+    found = getattr(importlib.import_module(f"{package}.{folder}"), type, None)
     if found is None:
-        raise ImportError(f"package {package} has no message {message}")
+        raise ImportError(f"package {package} has no {what} {type}")
     return found
 
 
