@@ -26,6 +26,7 @@ _TRIED = {
         "test_app_rules",
         "test_openings",
         "test_ros_subscriptions",
+        "test_ros_services",
     ),
     "a receiver, to a headset": (
         "wire/PrintableTest",

@@ -1,15 +1,28 @@
-"""TCP ports for tests that must know one before anybody listens there."""
+"""TCP ports for tests that must know one before anybody listens, and locks of this machine.
+
+The tests of all its checkouts and users share both.
+"""
 
 from __future__ import annotations
 
 import random
 import socket
 
-from machine_lock import try_lock
-
 # Linux gives those from 32768 on to connections, at any time.
 _PORTS = range(20_000, 32_768)
 _reserved: list[socket.socket] = []
+
+
+def try_lock(name: str) -> socket.socket | None:
+    """Locks `name` until the result is closed or this process ends; None if it is locked."""
+    # A name without a file: another user could not open the file of the first one.
+    lock = socket.socket(socket.AF_UNIX)
+    try:
+        lock.bind(f"\0ml2_test_{name}")
+    except OSError:
+        lock.close()
+        return None
+    return lock
 
 
 def reserve_port() -> int:

@@ -6,7 +6,7 @@ import random
 import socket
 from collections import deque
 
-from machine_lock import try_lock
+from free_port import try_lock
 
 # From 102 on, ports of domains may be those that Linux gives to connections.
 _DOMAINS = range(1, 102)

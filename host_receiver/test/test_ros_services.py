@@ -1,16 +1,19 @@
-"""From a scripted device to services of ROS, over a receiver in a process of its own."""
+"""Services and transforms of ROS for a scripted device, over a receiver in its own process."""
 
 from __future__ import annotations
 
+import random
 import struct
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import count
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation, Slerp  # type: ignore[import-untyped]
 
 from configurations import only
 from mock_device import MockDevice
@@ -18,23 +21,30 @@ from ros_processes import Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
+from geometry_msgs.msg import TransformStamped
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import serialize_message
+from rclpy.time import Time
 from std_srvs.srv import SetBool, Trigger
+from tf2_msgs.msg import TFMessage
 
 from ml2_receiver.ros.context import tool_node
 from ml2_receiver.ros.layout import described_service
+from ml2_receiver.topics.transform_buffer import Rigid, TransformBuffer, TransformError
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Header
 from ml2_receiver.wire.kinds import Kind
-from ml2_receiver.wire.opening_bodies import Failure, Open
-from waiting import LIMIT_S
+from ml2_receiver.wire.opening_bodies import Close, Failure, Open, Pose
+from waiting import LIMIT_S, await_true
 
-CONFIG = only("battery: {enabled: true}, app: {call: ['/**']}")
+CONFIG = only("battery: {enabled: true}, app: {call: ['/**'], subscribe: [/tf]}")
 SET_BOOL = "std_srvs/srv/SetBool"
 TRUE, EMPTY = CDR_ENCAPSULATION + b"\1", CDR_ENCAPSULATION + b"\0"
 SECOND_NS = 1_000_000_000
 LONG_NS = int(LIMIT_S) * SECOND_NS
+NOTHING = Rigid()
+ROTATIONS = Rotation.random(10_000, random_state=1).as_quat().tolist()
 
 
 @pytest.fixture
@@ -275,3 +285,210 @@ def test_a_client_that_is_not_opened_is_refused_with_the_reason(
     opened = app.open(wanted)
     assert (opened.result, opened.code) == ("refused", code)
     assert [it for it in names if it not in str(opened.reason)] == []
+
+
+def transform(parent: str, child: str, stamp_ns: int, x: float) -> TFMessage:
+    made = TransformStamped(child_frame_id=child)
+    made.header.frame_id = parent
+    made.header.stamp = Time(nanoseconds=stamp_ns).to_msg()
+    made.transform.translation.x = float(x)
+    return TFMessage(transforms=[made])
+
+
+def pose(app: MockDevice) -> tuple[int, int, Pose]:
+    """The opening and the stamp of the next pose, and the pose."""
+    header, body = answer(app)
+    assert header.kind == Kind.POSE, header
+    return header.channel, header.capture_ns, Pose.parse(body)
+
+
+def test_a_pose_follows_the_transforms_and_its_stamp_is_that_of_the_oldest(
+    app: MockDevice, node: Node
+) -> None:
+    latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    moving = node.create_publisher(TFMessage, "/tf", latched)
+    node.create_publisher(TFMessage, "/tf_static", latched).publish(transform("a", "b", 7, 1))
+    opened = app.open(Open(1, "transform", frame="b", reference="a"))
+    assert (opened.result, opened.name, opened.lane) == ("opened", "/tf", "ros")
+    assert pose(app) == (1, 0, Pose(1, 0, 0, 0, 0, 0, 1, 0))
+    app.open(Open(2, "transform", frame="map", reference="b"))
+    await_true(lambda: moving.get_subscription_count() == 1)
+    moving.publish(transform("map", "a", SECOND_NS, 10))
+    assert pose(app) == (2, SECOND_NS, Pose(-11, 0, 0, 0, 0, 0, 1, SECOND_NS))
+    # The hand is newer than its robot: the pose is of the time that both have
+    app.open(Open(3, "transform", frame="hand", reference="map"))
+    for stamp_ns, x in ((SECOND_NS, 1), (3 * SECOND_NS, 3)):
+        moving.publish(transform("a", "hand", stamp_ns, x))
+    assert pose(app) == (3, SECOND_NS, Pose(11, 0, 0, 0, 0, 0, 1, SECOND_NS))
+    moving.publish(transform("map", "a", 2 * SECOND_NS, 20))
+    found = sorted(pose(app) for _ in range(2))
+    assert found == [
+        (2, 2 * SECOND_NS, Pose(-21, 0, 0, 0, 0, 0, 1, 2 * SECOND_NS)),
+        (3, 2 * SECOND_NS, Pose(22, 0, 0, 0, 0, 0, 1, 2 * SECOND_NS)),
+    ]
+
+
+def test_poses_come_no_faster_than_wanted_and_the_last_one_comes(
+    app: MockDevice, node: Node
+) -> None:
+    moving = node.create_publisher(TFMessage, "/tf", QoSProfile(depth=1000))
+    app.open(Open(1, "transform", frame="a", reference="map", max_hz=5))
+    await_true(lambda: moving.get_subscription_count() == 1)
+    began_s = time.monotonic()
+    for number in range(1, 501):
+        moving.publish(transform("map", "a", number, number))
+        time.sleep(0.001)
+    found = [pose(app)]
+    while found[-1][1] < 500:
+        found.append(pose(app))
+    assert found[-1][2].x == 500
+    assert len(found) <= 2 + 5 * (time.monotonic() - began_s)
+
+
+def test_transforms_that_nobody_has_open_are_not_subscribed_to(app: MockDevice, node: Node) -> None:
+    for id in (1, 2):
+        app.open(Open(id, "transform", frame="a", reference="b"))
+    await_true(lambda: node.count_subscribers("/tf_static") == 1)
+    for id in (1, 2):
+        app.wires["control"].send(Kind.CLOSE, Close(id))
+    await_true(lambda: node.count_subscribers("/tf_static") == 0)
+    await_true(lambda: node.count_subscribers("/tf") == 0)
+
+
+# The buffer of transforms; expected values are those of scipy
+
+
+def drawn(chance: random.Random) -> Rigid:
+    x, y, z, w = ROTATIONS[chance.randrange(len(ROTATIONS))]
+    a, b, c = (chance.uniform(-9, 9) for _ in range(3))
+    return Rigid((a, b, c), (x, y, z, w))
+
+
+def matrix(transform: Rigid) -> Any:
+    made = np.eye(4)
+    made[:3, :3] = Rotation.from_quat(transform.rotation).as_matrix()
+    made[:3, 3] = transform.translation
+    return made
+
+
+def interpolated(stamps: list[int], transforms: list[Rigid], stamp_ns: int) -> Rigid:
+    slerp = Slerp(stamps, Rotation.from_quat([it.rotation for it in transforms]))
+    x, y, z, w = slerp(stamp_ns).as_quat()
+    places = np.array([it.translation for it in transforms])
+    a, b, c = (float(np.interp(stamp_ns, stamps, places[:, axis])) for axis in range(3))
+    return Rigid((a, b, c), (x, y, z, w))
+
+
+class Edge(NamedTuple):
+    parent: str
+    stamps: list[int]
+    transforms: list[Rigid]
+    is_static: bool
+
+
+def tree(chance: random.Random) -> dict[str, Edge]:
+    """The transforms of up to eight frames below the frame 0, each after that of its parent."""
+    edges: dict[str, Edge] = {}
+    for number in range(1, chance.randrange(2, 9)):
+        is_static = chance.random() < 0.3
+        stamps = sorted(chance.sample(range(1, 1000), 1 if is_static else 3))
+        transforms = [drawn(chance) for _ in stamps]
+        edges[f"{number}"] = Edge(f"{chance.randrange(number)}", stamps, transforms, is_static)
+    return edges
+
+
+def test_poses_in_10000_random_trees_are_those_of_scipy() -> None:
+    chance = random.Random(1)
+    for _ in range(10_000):
+        buffer, edges = TransformBuffer(), tree(chance)
+        for child, edge in edges.items():
+            for stamp_ns, transform in zip(edge.stamps, edge.transforms, strict=True):
+                buffer.add(edge.parent, child, stamp_ns, transform, is_static=edge.is_static)
+        frame, reference = (f"{chance.randrange(len(edges) + 1)}" for _ in range(2))
+        chain = branch(frame, edges) ^ branch(reference, edges)
+        moving = [edges[it].stamps[-1] for it in chain if not edges[it].is_static]
+        newest_ns = min(moving, default=0)
+        in_root = {"0": np.eye(4)}
+        for child, edge in edges.items():
+            at = edge.transforms[0]
+            if not edge.is_static and child in chain:
+                at = interpolated(edge.stamps, edge.transforms, max(edge.stamps[0], newest_ns))
+            in_root[child] = in_root[edge.parent] @ matrix(at)
+        expected = np.linalg.inv(in_root[reference]) @ in_root[frame]
+        found = buffer.look_up(frame, reference)
+        assert np.abs(matrix(found.pose) - expected).max() < 1e-9
+        assert (found.stamp_ns, found.newest_ns) == (newest_ns, newest_ns)
+
+
+def branch(frame: str, edges: dict[str, Edge]) -> set[str]:
+    """A frame and its ancestors, but the root."""
+    found = set()
+    while frame in edges:
+        found.add(frame)
+        frame = edges[frame].parent
+    return found
+
+
+def test_a_message_of_ros_is_read_and_one_that_ends_too_early_is_refused() -> None:
+    message = TFMessage()
+    for child in ("a", "bcd", "efghi"):
+        stamped = TransformStamped(child_frame_id=child)
+        stamped.header.frame_id = "map"
+        stamped.header.stamp.sec, stamped.header.stamp.nanosec = 3, 4
+        stamped.transform.translation.x = float(len(child))
+        message.transforms.append(stamped)
+    payload = serialize_message(message)
+    buffer = TransformBuffer()
+    buffer.add_message(payload, is_static=False)
+    assert buffer.look_up("efghi", "bcd").pose.translation == (2, 0, 0)
+    assert buffer.look_up("a", "map").stamp_ns == 3 * SECOND_NS + 4
+    for length in range(4, len(payload) - 8):
+        with pytest.raises(ValueError, match=r"too early|before its byte"):
+            TransformBuffer().add_message(payload[:length], is_static=False)
+    with pytest.raises(ValueError, match="too early"):
+        TransformBuffer().add_message(b"\0\1\0\0" + struct.pack("<I", 1 << 31), is_static=False)
+
+
+def test_frames_that_nothing_connects_and_circles_have_no_pose() -> None:
+    buffer = TransformBuffer()
+    buffer.add("map", "robot", 1, NOTHING, is_static=True)
+    buffer.add("other", "table", 1, NOTHING, is_static=True)
+    with pytest.raises(TransformError, match="robot, which is below map, with table"):
+        buffer.look_up("robot", "table")
+    with pytest.raises(TransformError, match="nowhere"):
+        buffer.look_up("robot", "nowhere")
+    buffer.add("robot", "map", 1, NOTHING, is_static=True)
+    with pytest.raises(TransformError, match="ancestor"):
+        buffer.look_up("robot", "map")
+    buffer.add("world", "map", 2, NOTHING, is_static=True)
+    assert buffer.look_up("robot", "world").stamp_ns == 0
+
+
+def test_what_is_no_transform_is_refused_and_counted() -> None:
+    buffer = TransformBuffer()
+    wrong = [Rigid(rotation=(0, 0, 0, 0)), Rigid((float("nan"), 0, 0)), Rigid((0, 0, float("inf")))]
+    for transform in wrong:
+        buffer.add("map", "robot", 1, transform, is_static=False)
+    buffer.add("map", "map", 1, NOTHING, is_static=False)
+    assert buffer.refused == 4
+    buffer.add("map", "robot", 1, Rigid(rotation=(0, 0, 0, 7)), is_static=False)
+    assert buffer.look_up("robot", "map").pose == NOTHING
+    for number in range(10_000):
+        buffer.add("map", f"{number}", 1, NOTHING, is_static=True)
+    assert buffer.refused == 5
+
+
+def test_transforms_of_any_order_are_kept_for_10_s_and_memory_is_bounded() -> None:
+    chance, buffer = random.Random(2), TransformBuffer()
+    numbers = list(range(1, 9))
+    chance.shuffle(numbers)
+    for number in (*numbers, 5):
+        buffer.add("map", "robot", number * SECOND_NS, Rigid((number, 0, 0)), is_static=False)
+    buffer.add("robot", "hand", 5 * SECOND_NS // 2, NOTHING, is_static=False)
+    assert buffer.look_up("hand", "map").pose.translation == (2.5, 0, 0)
+    for number in range(100_000):
+        buffer.add("map", "robot", 9 * SECOND_NS + number, NOTHING, is_static=False)
+    assert len(buffer._edges["robot"].stamps) <= 2001
+    for number in range(9, 100):
+        buffer.add("map", "robot", number * SECOND_NS, NOTHING, is_static=False)
+    assert len(buffer._edges["robot"].stamps) <= 22

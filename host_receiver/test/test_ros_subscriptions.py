@@ -421,7 +421,7 @@ def test_latched_messages_come_again_in_each_session_and_nothing_twice(
         (subscription(1, "/said", hash="\0" * 600), "layout", [STRING_HASH]),
         (subscription(1, "/rosout", "rcl_interfaces/msg/Log"), "rules", ["/rosout"]),
         (Open(1, "client", "/said", "std_srvs/srv/Trigger"), "rules", ["app.call"]),
-        (Open(1, "transform", frame="a", reference="b"), None, ["transform"]),
+        (Open(1, "service", "/said", "std_srvs/srv/Trigger"), "rules", ["app.offer"]),
     ],
 )
 def test_what_is_not_opened_is_refused_with_the_reason(

@@ -1,4 +1,4 @@
-"""Carries out the openings of apps with ROS: subscriptions, and clients of services."""
+"""Carries out the openings of apps with ROS: subscriptions, clients of services, transforms."""
 
 import threading
 from collections import deque
@@ -19,6 +19,7 @@ from ..wire.frame import Frame
 from ..wire.kinds import ROS
 from ..wire.opening_bodies import Open, Opened
 from .app_clients import AppClient
+from .app_transforms import AppTransforms
 from .bulk_process import BulkTaker
 from .layout import Described, DifferentError, described, described_service, plain
 from .node import RosNode
@@ -104,6 +105,7 @@ class RosGraph:
         self._bulk_taker: BulkTaker | None = None
         self._open: dict[int, _Subscription] = {}
         self._clients: dict[int, AppClient] = {}
+        self._transforms = AppTransforms(node.remapped)
         steady_timer(node.parameters, _FOLLOW_S, self._follow)
 
     def __enter__(self) -> Self:
@@ -133,6 +135,9 @@ class RosGraph:
     def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
         if wanted.kind == "client":
             return self._open_client(wanted, name, downlink)
+        if wanted.kind == "transform":
+            with self._lock:
+                return self._transforms.open(wanted, downlink, self._running())
         if wanted.kind != "subscription":
             return refused(wanted, f"this receiver opens no {wanted.kind} yet")
         type = wanted.type or ""
@@ -189,6 +194,7 @@ class RosGraph:
                 self._taker_of(subscription).remove(subscription)
             if (client := self._clients.pop(id, None)) is not None:
                 self._running().end(client)
+            self._transforms.close(id)
 
     def received(self, frame: Frame) -> None:
         with self._lock:
@@ -233,6 +239,7 @@ class RosGraph:
 
     def _follow(self) -> None:
         """Opens subscriptions again whose publishers have another QoS now, ends others."""
+        self._transforms.send_due()
         with self._lock:
             open = list(self._open.items())
         for id, old in open:

@@ -157,13 +157,26 @@ class Downlink:
         with self._lock:
             self._ended[id] = reason, code
 
-    def send(self, kind: Kind, id: int, number: int, body: bytes, capture_ns: int = 0) -> None:
-        """Sends a request or an answer, before the messages that wait.
+    def send(
+        self,
+        kind: Kind,
+        id: int,
+        number: int,
+        body: bytes,
+        capture_ns: int = 0,
+        *,
+        is_latest: bool = False,
+    ) -> None:
+        """Sends a request, an answer or a pose, before the messages that wait.
 
-        Only so many wait as the openings allow to be under way.
+        Only so many wait as the openings allow to be under way; one that `is_latest` takes the
+        place of its opening's last one.
         """
         header = {"channel": id, "sequence": number, "capture_ns": capture_ns}
         with self._lock:
+            if is_latest:
+                for old in [it for it in self._ahead if it.header["channel"] == id]:
+                    self._ahead.remove(old)
             self._ahead.append(_Ahead(kind, body, header))
             self._turns[ROS.name].changed.notify()
 

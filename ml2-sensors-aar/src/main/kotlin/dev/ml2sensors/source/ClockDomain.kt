@@ -35,3 +35,9 @@ public enum class ClockDomain(public val wireName: String) {
      */
     REALTIME("realtime"),
 }
+
+/** The device timebase in nanoseconds: never goes back, counts while suspended (Android: CLOCK_BOOTTIME). */
+public fun interface DeviceClock {
+    /** Returns the present time; thread-safe. */
+    public fun nowNanos(): Long
+}
