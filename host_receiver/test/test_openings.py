@@ -17,8 +17,8 @@ from ml2_receiver.pacing import Pacing
 from ml2_receiver.session.books import Book, Books
 from ml2_receiver.session.downlink import Downlink
 from ml2_receiver.session.openings import LANE_KINDS, Openings
-from ml2_receiver.transport.transport import PlainTransport
 from ml2_receiver.session.subscription_queue import Pieces, SubscriptionQueue
+from ml2_receiver.transport.transport import PlainTransport
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, FrameParser, Header
 from ml2_receiver.wire.json_body import JsonBody
 from ml2_receiver.wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Side
