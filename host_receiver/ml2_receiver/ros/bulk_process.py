@@ -29,7 +29,7 @@ from ..session.subscription_queue import Payload
 from .context import start_node
 from .given_arguments import given
 from .layout import described, plain
-from .raw_taker import RawTaker
+from .raw_taker import RawTaker, Taking
 
 # Number of the subscription, source time in ns, number of the publication, length. A length below 0
 # is that of the reason why the subscription has failed.
@@ -40,15 +40,9 @@ _RESTART_S = 1.0
 _STOP_S = 2.0
 
 
-class TakingPlain(Protocol):
-    """As Taking of RawTaker, but gets plain CDR."""
+class TakingPlain(Taking, Protocol):
+    """A subscription that gets plain CDR of another process."""
 
-    @property
-    def type(self) -> str: ...
-    @property
-    def topic(self) -> str: ...
-    @property
-    def qos(self) -> QoSProfile: ...
     def take_plain(self, payload: Payload, source_ns: int, number: int) -> None: ...
 
 
