@@ -185,8 +185,7 @@ class AvcCodec : ShadowMediaCodec() {
             isKeyFrameWanted = false
             parameterSets = null
             micros = 0
-            if (encoder != 0L) OpenH264.close(encoder)
-            encoder = 0
+            Work.replace(0)
             clearCodecs()
             ShadowMediaCodecList.reset()
         }
@@ -203,11 +202,18 @@ class AvcCodec : ShadowMediaCodec() {
             Companion.format = format
             size = format.getInteger(MediaFormat.KEY_WIDTH) to format.getInteger(MediaFormat.KEY_HEIGHT)
             val rateHz = format.getInteger(MediaFormat.KEY_FRAME_RATE)
-            if (encoder != 0L) OpenH264.close(encoder)
-            encoder = OpenH264.open(size.first, size.second, rateHz, format.getInteger(MediaFormat.KEY_BIT_RATE))
+            replace(OpenH264.open(size.first, size.second, rateHz, format.getInteger(MediaFormat.KEY_BIT_RATE)))
             check(encoder != 0L)
         }
 
+        @Synchronized
+        fun replace(next: Long) {
+            if (encoder != 0L) OpenH264.close(encoder)
+            encoder = next
+        }
+
+        /** A call that did not return may use the encoder while it is replaced. */
+        @Synchronized
         override fun process(input: ByteBuffer, output: ByteBuffer) {
             val (width, height) = size
             val stride = layout.stride(width)
