@@ -38,13 +38,15 @@ class _Wanted:
         """Sends the pose if it is due and has changed; the newest takes the place of others."""
         if now_s < self.due_s:
             return
+        # Also without a new pose: other transforms may come much faster
+        self.due_s = now_s + self.period_s
         try:
             found = buffer.look_up(self.frame, self.reference)
         except TransformError:
             return
         pose = Pose(*found.pose.translation, *found.pose.rotation, found.newest_ns)
         if pose != self.sent:
-            self.sent, self.due_s = pose, now_s + self.period_s
+            self.sent = pose
             body = pose.to_bytes()
             self.downlink.send(Kind.POSE, self.id, 0, body, found.stamp_ns, is_latest=True)
 
