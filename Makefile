@@ -313,8 +313,9 @@ harsh-android: build ## The part of harsh with Android's classes, in virtual tim
 	  -Dtest=HarshTest,UnityCloseTest,VendorNeverReturnsTest \
 	  -Dsurefire.failIfNoSpecifiedTests=false -Dharsh.faults=$(FAULTS) -Dharsh.seed=$(SEED)
 
-validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (a quarter of an hour, on an idle machine)
+validate: build ## Trajectories from images alone, against the headset's and the true ones, and 20 calibrated inertial units; result in build/validate (a quarter of an hour, on an idle machine)
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py
+	$(run) env PYTHONPATH=host_receiver:host_receiver/test python3 tests/validation/imu_calibration.py
 
 image-quality: build ## What JPEG costs: matches and structure from motion of raw images, and of the same compressed; result in build/bench/image_quality.json (half an hour, on an idle machine)
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/image_quality.py

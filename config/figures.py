@@ -15,7 +15,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-MOST_FILES = 1800
+MOST_FILES = 1850
 SOURCES = {".c", ".cpp", ".cs", ".h", ".java", ".kt", ".py", ".rs", ".sh"}
 # The first that matches a path is its area; other sources are the product.
 AREAS = {

@@ -2,7 +2,7 @@
 
 ReceiverError
 ├── ConfigError       the user's configuration file
-├── CalibrationError  a user's camera calibration
+├── CalibrationError  a calibration of a camera or an inertial unit
 ├── TableError        the stream table, config/streams.yaml
 ├── ProtocolError     a peer broke the protocol
 ├── PublishError      ROS, Zenoh or the recording rejected a message
@@ -94,7 +94,7 @@ class ConfigError(ReceiverError):
 
 
 class CalibrationError(ReceiverError):
-    """A camera calibration that cannot be used."""
+    """A calibration of a camera or an inertial unit that cannot be used, made or saved."""
 
 
 class TableError(ReceiverError):

@@ -17,8 +17,9 @@ LAYERS = {
         "zenoh", "commands", "cli", "__main__",
     ),
     "ml2_tools": (
-        "errors", "geometry", "images", "bags", "live", "monitoring", "headset", "doctor", "export",
-        "inspection", "products", "evaluation", "playback", "compatibility", "viewing", "commands",
+        "errors", "geometry", "images", "bags", "live", "monitoring", "headset", "doctor",
+        "calibration", "export", "inspection", "products", "evaluation", "playback",
+        "compatibility", "viewing", "commands",
     ),
 }  # fmt: skip
 # Modules of the driver that the toolbox may use; a name stands for all below it.
@@ -47,7 +48,7 @@ PUBLIC = (
     "ml2_receiver.ros.fastdds",
     "ml2_receiver.commands",
 )
-NOT_IN_THE_DRIVER = {"cv2", "matplotlib", "pycolmap", "websockets", "ml2_tools"}
+NOT_IN_THE_DRIVER = {"cv2", "matplotlib", "pycolmap", "scipy", "websockets", "ml2_tools"}
 
 
 @functools.cache

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from ..configuration.app_rules import AppRules, matches
 from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
+from ..configuration.mounts import load_mounts
 from ..configuration.parameter_file import MAX_BYTES, node_names
 from ..configuration.whole_file import read_file
 from ..errors import ConfigError, Problem
@@ -22,6 +23,7 @@ from ..session.settings import ReceiverSettings
 from ..session.sink import Sink
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
+from ..topics.mounted_sink import MountedSink
 from .options import add_file, add_ros_args, name
 from .ros_start import node_arguments, node_name, ros_needed
 from .session_port import SessionPort, add_insecure, add_keys
@@ -148,11 +150,15 @@ def new_server(
     *,
     is_paused: bool = False,
 ) -> Server:
-    """The server of a command, which running() runs; without a graph, apps open nothing."""
+    """The server of a command, which running() runs; without a graph, apps open nothing.
+
+    Raises:
+        CalibrationError: the saved mounts of inertial units cannot be read.
+    """
     server = Server(
         port.listener,
         port.access,
-        sink,
+        MountedSink(sink, load_mounts(), config.frame_prefix),
         config.requests,
         ReceiverSettings(
             port.name,

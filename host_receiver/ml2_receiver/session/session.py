@@ -159,7 +159,8 @@ class Session:
 
     def _apply(self) -> None:
         answers, topics = self.streams.answers, self.streams.topics
-        self._act(Applied(self.hello.name, self.id, answers, topics, self._stream_states()))
+        hello, states = self.hello, self._stream_states()
+        self._act(Applied(hello.name, self.id, answers, topics, states, hello.device_id))
 
     def _stream_states(self) -> dict[str, StreamStatus]:
         return stream_states(self.streams.answers, self._reported)

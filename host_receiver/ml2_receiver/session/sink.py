@@ -25,7 +25,8 @@ def refuse(payload: bytearray) -> None:
 class Applied:
     """The answer of a headset to the configuration.
 
-    `topics` are the announced topics; `states` has the state of each stream since the answer.
+    `topics` are the announced topics; `states` has the state of each stream since the answer;
+    `device_id` tells headsets apart that have the same name.
     """
 
     headset: str
@@ -33,6 +34,7 @@ class Applied:
     streams: Mapping[str, StreamAnswer]
     topics: Sequence[Topic]
     states: Mapping[str, StreamStatus] = field(default_factory=dict)
+    device_id: str = ""
 
 
 class Sink(Protocol):

@@ -30,6 +30,7 @@ class ConfigText(JsonBody):
     headset: str
     session: str
     streams: Mapping[str, StreamEntry]
+    device_id: str = ""
 
 
 def config_text(applied: Applied, prefix: str) -> str:
@@ -44,4 +45,5 @@ def config_text(applied: Applied, prefix: str) -> str:
         )
         for stream, answer in applied.streams.items()
     }
-    return ConfigText(applied.headset, applied.session, streams).to_bytes().decode()
+    text = ConfigText(applied.headset, applied.session, streams, applied.device_id)
+    return text.to_bytes().decode()

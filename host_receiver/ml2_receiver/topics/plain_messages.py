@@ -1,10 +1,11 @@
-"""std_msgs/String and diagnostic_msgs/DiagnosticArray as plain CDR, without ROS.
+"""String, DiagnosticArray and TFMessage of ROS as plain CDR, without ROS.
 
 Names of rows in /diagnostics are "ml2_receiver: session", or "robot1/ml2_receiver: session".
 """
 
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from ..wire.frame import CDR_ENCAPSULATION
 from .diagnostics import Row
@@ -13,6 +14,7 @@ _NODE = "ml2_receiver"
 _LENGTH = struct.Struct("<I")
 _TEXT = len(CDR_ENCAPSULATION) + _LENGTH.size
 _UINT32, _TIME = struct.Struct("<I"), struct.Struct("<iI")
+_POSE, _DOUBLE_BYTES = struct.Struct("<7d"), 8
 _HARDWARE = "magic_leap_2"
 
 
@@ -33,6 +35,40 @@ def decode_string(payload: bytes) -> bytes:
         if 1 <= length <= len(payload) - _TEXT:
             return payload[_TEXT : _TEXT + length - 1]
     raise ValueError("not a std_msgs/String")
+
+
+@dataclass(frozen=True)
+class StaticTransform:
+    """A pose of `child` in `parent`, both frame ids.
+
+    Attributes:
+        translation_m: x, y, z.
+        rotation: the unit quaternion x, y, z, w.
+    """
+
+    parent: str
+    child: str
+    translation_m: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+
+
+def append_transforms(
+    payload: bytes | bytearray, transforms: Sequence[StaticTransform]
+) -> bytearray:
+    """Returns the payload of a TFMessage with more transforms, whose stamps are 0.
+
+    Args:
+        payload: of a TFMessage; an empty one stands for one without transforms.
+    """
+    body = bytearray(payload[len(CDR_ENCAPSULATION) :] or _UINT32.pack(0))
+    (count,) = _UINT32.unpack_from(body)
+    _UINT32.pack_into(body, 0, count + len(transforms))
+    for it in transforms:
+        body += bytes(-len(body) % _UINT32.size) + bytes(_TIME.size)
+        _add_string(body, it.parent)
+        _add_string(body, it.child)
+        body += bytes(-len(body) % _DOUBLE_BYTES) + _POSE.pack(*it.translation_m, *it.rotation)
+    return bytearray(CDR_ENCAPSULATION) + body
 
 
 def status_name(receiver: str, row: str) -> str:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from ml2_receiver.errors import PackageError
 
-_DEBIAN = {"cv2": "python3-opencv", "matplotlib": "python3-matplotlib"}
+_DEBIAN = {"cv2": "python3-opencv", "matplotlib": "python3-matplotlib", "scipy": "python3-scipy"}
 
 
 @contextmanager
