@@ -35,7 +35,7 @@ def test_a_walk_shows_the_mounts_and_run_publishes_them(
     walk = recorded_walk(
         config, before, lambda it: message_counts(it).get(f"{PREFIX}/head_pose", 0) > _POSES
     )
-    calibrate = [RECEIVER, "calibrate", "imu", "--bag", walk]
+    calibrate: list[str | Path] = [RECEIVER, "calibrate", "imu", "--bag", walk]
     subprocess.run(calibrate, timeout=LIMIT_S, check=True)
 
     true = json.loads(SimulatedTruth.now().library.ml2sim_mounts())

@@ -13,7 +13,6 @@ the variance inflation factor of a time series (for example Bartlett 1946).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +24,7 @@ from scipy.spatial.transform import Rotation, RotationSpline
 from ml2_receiver.errors import CalibrationError
 
 # Standard gravity (CGPM 1901), in m/s^2. On the ground it differs by up to 0.03 from it.
-GRAVITY, _GRAVITY_SIGMA = 9.80665, 0.02
+_GRAVITY, _GRAVITY_SIGMA = 9.80665, 0.02
 _STEP_S = 0.005
 _TURN_STEPS = 64  # a power of two
 # The distance of the knots of the weights, and of the centres of two neighbouring means.
@@ -212,7 +211,7 @@ class _Problem:
     def solve(self) -> tuple[Floats, Floats]:
         """Returns the unknowns and their covariance."""
         found = np.zeros(16)
-        found[6], found[15] = self._offset_s, -GRAVITY
+        found[6], found[15] = self._offset_s, -_GRAVITY
         scales = _FIRST_SCALES
         for _ in range(_FITS):
             fit = least_squares(
@@ -229,19 +228,17 @@ class _Problem:
         return found, _covariance(self._jacobian(found, scales * np.sqrt(inflation)))
 
     def _whitened(self, unknowns: Floats, scales: Floats) -> Floats:
-        prior = (np.linalg.norm(unknowns[13:16]) - GRAVITY) / _GRAVITY_SIGMA
-        turns, accelerations = self._residuals(unknowns)
-        return np.concatenate(
-            [(turns / scales[0]).ravel(), (accelerations / scales[1]).ravel(), [prior]]
-        )
+        prior = (np.linalg.norm(unknowns[13:16]) - _GRAVITY) / _GRAVITY_SIGMA
+        groups = zip(self._residuals(unknowns), scales, strict=True)
+        return np.concatenate([*((it / scale).ravel() for it, scale in groups), [prior]])
 
     def _jacobian(self, at: Floats, scales: Floats) -> Floats:
-        steps = 1e-5
-        columns = [
-            (self._whitened(at + it, scales) - self._whitened(at - it, scales)) / (2 * steps)
-            for it in np.eye(len(at)) * steps
+        step = 1e-5
+        changes = step * np.eye(len(at))
+        pairs = [
+            (self._whitened(at + it, scales), self._whitened(at - it, scales)) for it in changes
         ]
-        return np.stack(columns, axis=1)
+        return np.stack([(after - before) / (2 * step) for after, before in pairs], axis=1)
 
     def _residuals(self, unknowns: Floats) -> tuple[Floats, Floats]:
         """Returns the rotation vectors of each turn in rad, and the mean accelerations, n x 3."""
@@ -304,5 +301,5 @@ def _covariance(jacobian: Floats) -> Floats:
     lengths = np.linalg.norm(jacobian, axis=0)
     lengths[lengths == 0] = 1.0
     _, singular, directions = np.linalg.svd(jacobian / lengths, full_matrices=False)
-    scaled: Any = directions.T / np.maximum(singular, 1e-9) / lengths[:, None]
+    scaled = directions.T / np.maximum(singular, 1e-9) / lengths[:, None]
     return np.asarray(scaled @ scaled.T)
