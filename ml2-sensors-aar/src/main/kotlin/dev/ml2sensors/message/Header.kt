@@ -49,3 +49,55 @@ public data class Header(val stamp: Time, val frameId: String)
 @Serializable
 @SerialName("std_msgs/msg/String")
 public data class StringMessage(val data: String)
+
+/**
+ * A type of ROS services, with classes of its request [Q] and its response [A] as [dev.ml2sensors.cdr.Cdr] describes
+ * them. An app makes one for its own type as the objects of this file do.
+ *
+ * @property name the ROS type, such as `std_srvs/srv/SetBool`.
+ */
+public open class ServiceType<Q, A>(
+    public val name: String,
+    internal val request: KSerializer<Q>,
+    internal val response: KSerializer<A>,
+)
+
+/** Turns something on or off. Source: std_srvs/srv/SetBool, Jazzy. */
+public object SetBool : ServiceType<SetBool.Request, SetBool.Response>(
+    "std_srvs/srv/SetBool",
+    Request.serializer(),
+    Response.serializer(),
+) {
+    /** @property data true turns it on. */
+    @Serializable
+    @SerialName("std_srvs/srv/SetBool_Request")
+    public data class Request(val data: Boolean)
+
+    /**
+     * @property success true if it was done.
+     * @property message for people, such as why not.
+     */
+    @Serializable
+    @SerialName("std_srvs/srv/SetBool_Response")
+    public data class Response(val success: Boolean, val message: String)
+}
+
+/** Begins something that needs no parameters. Source: std_srvs/srv/Trigger, Jazzy. */
+public object Trigger : ServiceType<Trigger.Request, Trigger.Response>(
+    "std_srvs/srv/Trigger",
+    Request.serializer(),
+    Response.serializer(),
+) {
+    /** Has no fields. */
+    @Serializable
+    @SerialName("std_srvs/srv/Trigger_Request")
+    public data object Request
+
+    /**
+     * @property success true if it was done.
+     * @property message for people, such as why not.
+     */
+    @Serializable
+    @SerialName("std_srvs/srv/Trigger_Response")
+    public data class Response(val success: Boolean, val message: String)
+}

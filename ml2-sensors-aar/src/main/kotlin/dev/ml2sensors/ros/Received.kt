@@ -1,5 +1,6 @@
 package dev.ml2sensors.ros
 
+import dev.ml2sensors.wire.Failure
 import dev.ml2sensors.wire.printable
 import java.io.IOException
 
@@ -63,8 +64,6 @@ public class SubscriptionException private constructor(public val reason: Reason
     }
 
     internal companion object {
-        private const val WHICH_DOES = "`ml2-receiver run` does, not with --no-ros; `record` and older versions do not"
-
         /** @param code why, as in OPENED and CLOSED. */
         fun of(topic: String, code: String?, why: String): SubscriptionException {
             val reason = Reason.entries.firstOrNull { it.code != null && it.code == code } ?: Reason.OTHER
@@ -75,3 +74,48 @@ public class SubscriptionException private constructor(public val reason: Reason
             SubscriptionException(Reason.NOT_SERVED, "$topic: the receiver serves no subscriptions: $WHICH_DOES")
     }
 }
+
+/** A call of a service has no response, for a [reason]. */
+public class ServiceException internal constructor(public val reason: Reason, message: String) : IOException(message) {
+    /** The reason why a call has no response. */
+    public enum class Reason(internal val code: String?) {
+        /** No node offers the service, or its node is gone. */
+        UNAVAILABLE("unavailable"),
+
+        /** The response did not come in time. The service may have done what it was asked to do. */
+        TIMEOUT("timeout"),
+
+        /** The receiver does not let the app call the service, which the message explains. */
+        REFUSED("refused"),
+
+        /** The receiver or the app cannot read the other's bytes. */
+        MALFORMED("malformed"),
+
+        /** The request, or the response, has more than 64 KiB. */
+        TOO_LARGE("too_large"),
+
+        /** 16 calls of the client, or 64 of the app, are under way. */
+        BUSY("busy"),
+
+        /**
+         * There was no connection, or it was lost before the response. The service may have done what it was asked to
+         * do.
+         */
+        LINK_DOWN("link_down"),
+
+        /** Any other reason, which the message says. */
+        OTHER(null),
+    }
+
+    internal companion object {
+        fun of(service: String, failure: Failure): ServiceException {
+            val reason = Reason.entries.firstOrNull { it.code == failure.code } ?: Reason.OTHER
+            return ServiceException(reason, printable("$service: ${failure.message}"))
+        }
+
+        fun linkDown(service: String, why: String): ServiceException =
+            ServiceException(Reason.LINK_DOWN, "$service: $why")
+    }
+}
+
+internal const val WHICH_DOES = "`ml2-receiver run` does, not with --no-ros; `record` and older versions do not"

@@ -19,7 +19,6 @@ import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
 import kotlinx.serialization.ExperimentalSerializationApi
 import kotlinx.serialization.KSerializer
-import java.io.IOException
 import java.nio.ByteBuffer
 
 /** The subscriptions of an app, over all sessions of its streamer. Thread-safe. */
@@ -108,14 +107,12 @@ internal class Subscriptions : AppOpenings {
     }
 
     private suspend fun follow(lanes: OpeningLanes) {
-        var last = 0
         while (true) {
             for (id in takeUnwanted()) lanes.close(id)
             for (subscription in unopened()) {
-                // The next session has ids from 1 again
-                if (++last > MOST_IDS) throw IOException("this session has had $MOST_IDS openings, the most")
-                synchronized(this) { open[last] = subscription }
-                lanes.open(subscription.open(last))
+                val id = lanes.nextId()
+                synchronized(this) { open[id] = subscription }
+                lanes.open(subscription.open(id))
             }
             changes.receive()
         }

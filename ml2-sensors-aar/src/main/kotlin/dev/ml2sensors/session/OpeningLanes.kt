@@ -13,12 +13,15 @@ import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.channels.Channel.Factory.UNLIMITED
+import kotlinx.coroutines.coroutineScope
+import kotlinx.coroutines.launch
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import java.nio.channels.ClosedChannelException
 import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.atomic.AtomicInteger
 import kotlin.time.Duration
 
 /** The openings of an app, over all sessions. Called by several threads; nothing but [serve] waits. */
@@ -39,6 +42,22 @@ internal interface AppOpenings {
     fun counts(): Map<String, Status.OpeningCounts>
 }
 
+/** The openings of an app of several kinds. */
+internal class AllOpenings(private vararg val parts: AppOpenings) : AppOpenings {
+    override suspend fun serve(lanes: OpeningLanes?): Unit = coroutineScope {
+        for (part in parts) launch { part.serve(lanes) }
+    }
+
+    override fun opened(answer: Opened): Unit = parts.forEach { it.opened(answer) }
+
+    override fun closed(end: Closed): Unit = parts.forEach { it.closed(end) }
+
+    override fun take(frame: Frame, left: () -> Unit): Boolean = parts.any { it.take(frame, left) }
+
+    override fun counts(): Map<String, Status.OpeningCounts> =
+        parts.fold(emptyMap()) { counts, part -> counts + part.counts() }
+}
+
 /**
  * The lanes of the openings of a session: `ros` for small frames and `bulk_1` to `bulk_4` for large messages, each with
  * a thread that reads it.
@@ -52,7 +71,8 @@ internal class OpeningLanes(
     private val connect: suspend (String) -> Connection,
     private val launch: (suspend () -> Unit) -> Job,
 ) {
-    private val connections = HashMap<String, Connection>()
+    private val ids = AtomicInteger()
+    private val connections = ConcurrentHashMap<String, Connection>()
     private val joining = Mutex()
     private val openings =
         Openings(deliver = { lane, frame -> app.take(frame) { taken(lane, frame) } }, discarded = ::taken)
@@ -67,6 +87,24 @@ internal class OpeningLanes(
     }
 
     suspend fun close(id: Int): Unit = control.write(FrameKind.CLOSE, Close(id))
+
+    /**
+     * Returns a number for the next [open].
+     *
+     * @throws IOException if this session has had them all; the next one begins anew.
+     */
+    fun nextId(): Int {
+        val id = ids.incrementAndGet()
+        if (id > MOST_IDS) throw IOException("this session has had $MOST_IDS openings, the most")
+        return id
+    }
+
+    /** Sends a REQUEST of a client that is open. Requests of a client are sent by one coroutine, in their order. */
+    suspend fun request(id: Int, number: Int, payload: ByteArray, limitNanos: Long) {
+        openings.asks(id, number)
+        val ros = connections.getValue(RosLanes.ROS).writer
+        blockingIo { ros.write(FrameKind.REQUEST, payload, id, number, limitNanos) }
+    }
 
     /** As [AppOpenings.counts]. */
     fun counts(): Map<String, Status.OpeningCounts> = app.counts()
@@ -85,7 +123,7 @@ internal class OpeningLanes(
     }
 
     private suspend fun join(name: String): Unit = joining.withLock {
-        if (name in connections) return
+        if (connections.containsKey(name)) return
         val connection = connect(name)
         connections[name] = connection
         if (name !=
@@ -143,6 +181,7 @@ internal class OpeningLanes(
     companion object {
         /** The kinds that the receiver sends on the control lane. */
         val ON_CONTROL: Set<FrameKind> = setOf(FrameKind.OPENED, FrameKind.CLOSED)
+        private const val MOST_IDS = 0xFFFF
         private val NOTHING = ByteArray(0)
         private val ON_BULK = setOf(FrameKind.MESSAGE)
         private val ON_ROS =

@@ -3,10 +3,14 @@ package dev.ml2sensors.stream
 import dev.ml2sensors.Version
 import dev.ml2sensors.cdr.Cdr
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.message.ServiceType
 import dev.ml2sensors.ros.Keep
 import dev.ml2sensors.ros.Received
+import dev.ml2sensors.ros.ServiceClient
+import dev.ml2sensors.ros.ServiceClients
 import dev.ml2sensors.ros.SubscriptionException
 import dev.ml2sensors.ros.Subscriptions
+import dev.ml2sensors.session.AllOpenings
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.Session
@@ -61,6 +65,7 @@ public class Ml2Streamer(
     private val hostClock = HostClock(headset.clock)
     private val active = ActiveStreams(headset.withoutUnprotectedEyeImages(security), hostClock, scope)
     private val subscriptions = Subscriptions()
+    private val clients = ServiceClients()
     private val stopReason = CompletableDeferred<String>()
     private val mutableState = MutableStateFlow<StreamerState>(StreamerState.Connecting(reason = null))
     private val instanceId = UUID.randomUUID().toString()
@@ -119,6 +124,15 @@ public class Ml2Streamer(
         maxHz: Double? = null,
         hash: String? = null,
     ): Flow<Received<ByteBuffer>> = subscriptions.subscribe(topic, type, keep, maxHz, hash)
+
+    /**
+     * Returns a client of a [service] of ROS, such as `client("/pause", SetBool)`. The receiver's user has to allow the
+     * service (`app.call`).
+     *
+     * @throws IllegalArgumentException if ROS does not allow the type's name, or its classes have no CDR.
+     */
+    public fun <Q, A> client(service: String, type: ServiceType<Q, A>): ServiceClient<Q, A> =
+        ServiceClient(clients, service, type)
 
     /**
      * Returns the ROS time in ns of what was captured at [captureNanos] on the headset's clock, for the header of a
@@ -182,6 +196,7 @@ public class Ml2Streamer(
     private suspend fun ended() {
         mutableState.value = StreamerState.Ended(stopReason.await())
         subscriptions.end()
+        clients.end()
     }
 
     private suspend fun stayConnected() {
@@ -210,7 +225,7 @@ public class Ml2Streamer(
     }
 
     private fun session(receiver: ReceiverAddress) =
-        Session(receiver, security, headset.clock, hostClock, active, app = subscriptions)
+        Session(receiver, security, headset.clock, hostClock, active, app = AllOpenings(subscriptions, clients))
 
     private fun hello() = Hello(
         listOf(FrameHeader.VERSION),

@@ -2,16 +2,22 @@ package dev.ml2sensors.ros
 
 import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.message.ServiceType
+import dev.ml2sensors.message.SetBool
 import dev.ml2sensors.message.StringMessage
+import dev.ml2sensors.message.Trigger
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.SessionFixture
 import dev.ml2sensors.test
 import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
 import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.SupervisorJob
 import kotlinx.coroutines.async
 import kotlinx.coroutines.awaitCancellation
+import kotlinx.coroutines.cancel
 import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.MutableStateFlow
@@ -45,6 +51,9 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
 
 class SubscriptionsTest {
     private val fixture = SessionFixture()
@@ -447,4 +456,228 @@ class SubscriptionsTest {
         /** Claims more text than there is. */
         val UNDECODABLE = byteArrayOf(0, 1, 0, 0, 9, 0, 0, 0, 'x'.code.toByte(), 0)
     }
+}
+
+class ServiceClientsTest {
+    private val fixture = SessionFixture()
+    private val clients = ServiceClients()
+    private val pause = ServiceClient(clients, "/pause", SetBool)
+    private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
+    private lateinit var running: Deferred<Throwable?>
+
+    @AfterEach
+    fun close() {
+        scope.cancel()
+        fixture.close()
+    }
+
+    @Test
+    fun aRequestHasItsResponse() = calling {
+        val call = call(true, 90.seconds)
+        val session = session()
+        val expected = """{"id": 1, "kind": "client", "name": "/pause", "type": "std_srvs/srv/SetBool",
+            "layout": "b>bs"}"""
+        assertEquals(Json.parseToJsonElement(expected), session.await(HostFrame.OPEN).json)
+        session.opens(1)
+        val request = session.await(HostFrame.REQUEST)
+        assertEquals("ros" to 1, request.lane to request.channel)
+        assertContentEquals(byteArrayOf(0, 1, 0, 0, 1), request.body)
+        assertTrue(request.captureNanos in 1..90.seconds.inWholeNanoseconds, "${request.captureNanos}")
+        session.answer(request, "paused")
+        assertEquals(SetBool.Response(true, "paused"), call.await())
+        val second = call(false)
+        session.answer(session.await(HostFrame.REQUEST, 1), "goes on")
+        assertEquals("goes on", second.await().message)
+        assertEquals(1, session.frames(HostFrame.OPEN).size)
+    }
+
+    @ParameterizedTest
+    @CsvSource(
+        "unavailable, UNAVAILABLE",
+        "timeout, TIMEOUT",
+        "refused, REFUSED",
+        "malformed, MALFORMED",
+        "too_large, TOO_LARGE",
+        "busy, BUSY",
+        "later, OTHER",
+    )
+    fun aFailureHasItsReasonAndTheWordsOfTheReceiver(code: String, reason: ServiceException.Reason) = calling {
+        val call = call(true)
+        val session = session().apply { opens(1) }
+        val request = session.await(HostFrame.REQUEST)
+        session.answer(request, HostFrame.FAILURE, """{"code": "$code", "message": "no, \u0007 no"}""".toByteArray())
+        assertFails(call, reason, "/pause: no, \\u0007 no")
+    }
+
+    @Test
+    fun aRequestThatIsLostWithTheLinkFailsAndOneThatWasNotSentWaits() = calling {
+        val sent = call(true)
+        val first = session().apply { opens(1) }
+        first.await(HostFrame.REQUEST)
+        lose(first)
+        assertFails(sent, ServiceException.Reason.LINK_DOWN, "/pause: the connection was lost")
+        val waiting = call(false)
+        val second = session().apply { opens(1) }
+        second.answer(second.await(HostFrame.REQUEST), "later")
+        assertEquals("later", waiting.await().message)
+    }
+
+    @Test
+    fun aCallEndsInTimeWithoutAnAnswerAndWithoutAConnection() = calling {
+        val reason = assertFailsWith<ServiceException> { pause.call(SetBool.Request(true), 1.milliseconds) }.reason
+        assertEquals(ServiceException.Reason.LINK_DOWN, reason)
+        val session = session()
+        val first = call(true)
+        session.opens(1)
+        session.answer(session.await(HostFrame.REQUEST), "")
+        first.await()
+        val late = assertFailsWith<ServiceException> { pause.call(SetBool.Request(true), 300.milliseconds) }
+        assertEquals(ServiceException.Reason.TIMEOUT, late.reason)
+        val request = session.await(HostFrame.REQUEST, 1)
+        session.answer(request, "too late")
+        val next = call(true)
+        session.answer(session.await(HostFrame.REQUEST, 2), "in time")
+        assertEquals("in time", next.await().message)
+    }
+
+    @Test
+    fun aRefusedServiceIsAskedForAgainByTheNextCall() = calling {
+        val first = call(true)
+        val session = session()
+        session.await(HostFrame.OPEN)
+        session.write(HostFrame.OPENED, """{"id": 1, "result": "refused", "reason": "no rule", "code": "rules"}""")
+        assertFails(first, ServiceException.Reason.REFUSED, "/pause: no rule")
+        val second = call(true)
+        session.opens(2)
+        session.await(HostFrame.REQUEST)
+        session.write(HostFrame.CLOSED, """{"id": 2, "reason": "the rules have changed", "code": "rules"}""")
+        assertFails(second, ServiceException.Reason.REFUSED, "/pause: the rules have changed")
+    }
+
+    @Test
+    fun aReceiverWithoutOpeningsRefuses() = calling {
+        running = fixture.run(app = clients)
+        fixture.host.awaitHello().welcome()
+        val error = assertFailsWith<ServiceException> { pause.call(SetBool.Request(true), TEST_LIMIT) }
+        assertEquals(ServiceException.Reason.REFUSED, error.reason)
+    }
+
+    @Test
+    fun aClosedClientIsClosedInTheSessionAndCallsNothing() = calling {
+        val call = call(true)
+        val session = session().apply { opens(1) }
+        session.await(HostFrame.REQUEST)
+        pause.close()
+        assertFails(call, ServiceException.Reason.REFUSED, "/pause: the app has closed the client")
+        assertEquals("""{"id":1}""", session.await(HostFrame.CLOSE).body.decodeToString())
+        assertFails(call(true), ServiceException.Reason.REFUSED, "/pause: the app has closed the client")
+    }
+
+    @Test
+    fun callsEndWithTheStreamer() = calling {
+        val calls = List(3) { call(true) }
+        session().apply { opens(1) }.await(HostFrame.REQUEST, 2)
+        clients.end()
+        for (call in calls + call(true)) {
+            assertFails(call, ServiceException.Reason.LINK_DOWN, "/pause: the streamer has ended")
+        }
+    }
+
+    @Test
+    fun aRequestThatIsTooLargeAndAResponseOfAnotherTypeAreToldApart() = calling {
+        val echo = ServiceType("a/srv/Echo", StringMessage.serializer(), StringMessage.serializer())
+        val client = ServiceClient(clients, "/echo", echo)
+        val most = 65_536 - 4 - 4 - 1
+        val large = scope.async { client.call(StringMessage("x".repeat(most)), TEST_LIMIT) }
+        val session = session().apply { opens(1) }
+        val request = session.await(HostFrame.REQUEST)
+        session.answer(request, HostFrame.RESPONSE, request.body)
+        assertEquals(most, large.await().data.length)
+        val error = assertFailsWith<ServiceException> { client.call(StringMessage("x".repeat(most + 1)), TEST_LIMIT) }
+        assertEquals(ServiceException.Reason.TOO_LARGE, error.reason)
+        val wrong = scope.async { runCatching { client.call(StringMessage(""), TEST_LIMIT) } }
+        session.answer(session.await(HostFrame.REQUEST, 1), HostFrame.RESPONSE, byteArrayOf(0, 1, 0, 0, 9, 0, 0, 0))
+        val reason = assertIs<ServiceException>(wrong.await().exceptionOrNull()).reason
+        assertEquals(ServiceException.Reason.MALFORMED, reason)
+    }
+
+    @Test
+    fun eachOf10000CallsHasOneOutcomeOver200Cuts() = calling {
+        val random = Random(1)
+        var answered = 0
+        var lost = 0
+        repeat(200) { round ->
+            val calls = List(50) { call(it % 2 == 0) }
+            val session = session().apply { opens(1) }
+            val answers = random.nextInt(51)
+            for (index in 0..<answers) {
+                val request = session.await(HostFrame.REQUEST, index)
+                session.answer(request, "${request.body[4]} $round")
+            }
+            session.await(HostFrame.REQUEST, 49)
+            // What was answered may have been read or not when the link is cut
+            lose(session)
+            for ((index, call) in calls.withIndex()) {
+                val outcome = withTimeout(TEST_LIMIT) { runCatching { call.await() } }
+                outcome.onSuccess {
+                    assertEquals("${if (index % 2 == 0) 1 else 0} $round", it.message)
+                    answered++
+                }.onFailure {
+                    assertEquals(ServiceException.Reason.LINK_DOWN, assertIs<ServiceException>(it).reason)
+                    lost++
+                }
+            }
+        }
+        assertEquals(10_000, answered + lost)
+        assertTrue(answered > 1000 && lost > 1000, "$answered answered, $lost lost")
+    }
+
+    @Test
+    fun aTypeThatIsNoServiceIsRefusedAtOnce() {
+        for (type in listOf("std_srvs/msg/SetBool", "SetBool", "a/srv/${"A".repeat(250)}")) {
+            val named = ServiceType(type, StringMessage.serializer(), StringMessage.serializer())
+            assertFailsWith<IllegalArgumentException>(type) { ServiceClient(clients, "/a", named) }
+        }
+        for (name in listOf("", "a".repeat(256), "/\u0007")) {
+            assertFailsWith<IllegalArgumentException> { ServiceClient(clients, name, Trigger) }
+        }
+        for (limit in listOf(Duration.ZERO, (-1).seconds)) {
+            assertFailsWith<IllegalArgumentException> { runBlocking { pause.call(SetBool.Request(true), limit) } }
+        }
+    }
+
+    private fun calling(block: suspend () -> Unit) = runBlocking<Unit> { block() }
+
+    private fun call(on: Boolean, timeout: Duration = TEST_LIMIT): Deferred<SetBool.Response> =
+        scope.async { pause.call(SetBool.Request(on), timeout) }
+
+    private suspend fun assertFails(call: Deferred<*>, reason: ServiceException.Reason, message: String) {
+        val error = assertIs<ServiceException>(runCatching { call.await() }.exceptionOrNull())
+        assertEquals(reason to message, error.reason to error.message)
+    }
+
+    private fun session(): HostSession {
+        running = fixture.run(app = clients)
+        return fixture.host.awaitHello().apply { welcome(ros = true) }
+    }
+
+    /** Cuts the connections of a session, and waits until the device has noticed. */
+    private fun lose(session: HostSession) {
+        session.cut()
+        assertIs<IOException>(fixture.outcome(running))
+    }
+
+    /** Answers the OPEN of [id], which is the one of that number in this session. */
+    private fun HostSession.opens(id: Int) {
+        assertEquals(id, await(HostFrame.OPEN, id - 1).json.getValue("id").jsonPrimitive.int)
+        write(HostFrame.OPENED, """{"id": $id, "result": "opened", "lane": "ros"}""")
+    }
+
+    private fun HostSession.answer(request: HostFrame, message: String) {
+        val body = Cdr.encodeToByteArray(SetBool.Response.serializer(), SetBool.Response(true, message))
+        answer(request, HostFrame.RESPONSE, body)
+    }
+
+    private fun HostSession.answer(request: HostFrame, kind: Int, body: ByteArray) =
+        send(kind, request.channel, request.sequence.toInt(), body)
 }

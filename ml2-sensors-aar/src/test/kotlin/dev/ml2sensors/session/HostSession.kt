@@ -83,8 +83,12 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     }
 
     /** Sends a MESSAGE of the opening [id]. */
-    fun message(id: Int, number: Int, payload: ByteArray, publishedNanos: Long = 0, lane: String = "ros") {
-        val frame = HostFrame.bytes(HostFrame.MESSAGE, payload, id, number, publishedNanos)
+    fun message(id: Int, number: Int, payload: ByteArray, publishedNanos: Long = 0, lane: String = "ros") =
+        send(HostFrame.MESSAGE, id, number, payload, publishedNanos, lane)
+
+    /** Sends a frame of the opening [id]. */
+    fun send(kind: Int, id: Int, number: Int, body: ByteArray, captureNanos: Long = 0, lane: String = "ros") {
+        val frame = HostFrame.bytes(kind, body, id, number, captureNanos)
         awaitLog("JOIN of $lane") { log.find { it.kind == HostFrame.JOIN && it.lane == lane } }
         val socket = sockets.getValue(lane)
         synchronized(socket) { socket.getOutputStream().write(frame) }
