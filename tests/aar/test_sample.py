@@ -62,10 +62,12 @@ def test_the_examples_of_the_readme_were_compiled(sample: Path) -> None:
     assert [text for text in examples if without_spacing(text) not in compiled] == []
 
 
-def test_the_file_of_a_message_type_of_your_own_compiles(library: Package, tmp_path: Path) -> None:
-    (example,) = blocks((ROOT / "docs/ros_to_headset.md").read_text(), "kotlin")
-    source = tmp_path / "JointStates.kt"
-    source.write_text(example)
+@pytest.mark.parametrize("number", range(2))
+def test_a_file_of_the_page_on_ros_compiles(number: int, library: Package, tmp_path: Path) -> None:
+    examples = blocks((ROOT / "docs/ros_to_headset.md").read_text(), "kotlin")
+    assert len(examples) == 2
+    source = tmp_path / "Example.kt"
+    source.write_text(examples[number])
     kotlinc(tmp_path / "example.jar", source, [library.classes, *library.libraries])
 
 
