@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation, Slerp  # type: ignore[import-untyped]
+from scipy.spatial.transform import Rotation, Slerp
 
 from configurations import only
 from mock_device import MockDevice
