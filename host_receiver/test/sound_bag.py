@@ -80,7 +80,8 @@ def written(folder: Path, messages: list[Message]) -> Path:
 
 def config() -> Message:
     """Returns the configuration message at the start of a recording."""
-    payload = ros_messages.string('{"headset": "h", "session": "s", "streams": {}}')
+    text = '{"headset": "h", "session": "s", "streams": {}, "device_id": "one"}'
+    payload = ros_messages.string(text)
     return Message(f"{PREFIX}/config", 0, BEGIN_NS, "std_msgs/msg/String", payload=payload)
 
 

@@ -13,9 +13,11 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from scipy.spatial.transform import Rotation
 
 from command_line import refusal
 from ml2_receiver.cli import main
+from ml2_receiver.configuration.mounts import Mount, save_mounts
 from sound_bag import (
     ACCELERATION,
     BEGIN_NS,
@@ -41,6 +43,17 @@ NOISE = {
 }
 OPTIONS = [f"--{name.replace('_', '-')}={value}" for name, value in NOISE.items()]
 BASELINE_M = 0.15
+MOUNT = Mount(
+    (0.02, 0.07, 0.01),
+    (0.5, -0.5, 0.1, -0.7),
+    0.0,
+    (),
+    (),
+    (),
+    (),
+    0.0,
+    "2026-01-01T00:00:00+00:00",
+)
 
 
 def of_recording(tmp_path: Path, messages: list[Message], *options: str) -> list[str]:
@@ -126,6 +139,63 @@ def test_an_imu_without_a_known_place_has_none(tmp_path: Path) -> None:
     assert sensor.getNode("T_BS").empty()
     assert sensor.getNode("rate_hz").real() == 200
     assert {name: sensor.getNode(name).real() for name in NOISE} == pytest.approx(NOISE)
+
+
+def moving_rig() -> list[Message]:
+    """Two cameras and a head that move at 0.1 m/s, with poses of the head between the images."""
+
+    def moved(it: Message) -> Message:
+        x, y, z = it.position
+        return replace(it, position=(x + (it.stamp_ns - BEGIN_NS) / 1e10, y, z))
+
+    cameras = two_cameras()
+    between = [
+        replace(it, stamp_ns=it.stamp_ns + 5_000_000, frame="head_frame", position=(0.9, 2.2, 3.3))
+        for it in cameras
+        if it.topic == "/tf" and it.frame == FRAME
+    ]
+    return [moved(it) if it.topic == "/tf" else it for it in [*cameras, *between]]
+
+
+def test_a_calibrated_imu_is_in_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "home"))
+    another = replace(MOUNT, rotation=(0.0, 0.0, 0.0, 1.0))
+    save_mounts({"one": {"imu_left": MOUNT}, "two": {"imu_left": another}})
+    # The cameras are at 1, 2, 3 when the head is at 0.9, 2.2, 3.3.
+    place = np.eye(4)
+    place[:3, :3] = Rotation.from_quat(MOUNT.rotation).as_matrix()
+    place[:3, 3] = np.add(MOUNT.translation_m, (-0.1, 0.2, 0.3))
+    across = np.eye(4)
+    across[0, 3] = BASELINE_M
+
+    bag = of_recording(tmp_path, moving_rig(), "--imu", "imu_left", *OPTIONS)
+    assert main([*bag, "--kalibr", str(tmp_path / "kalibr")]) == 0
+    kalibr = yaml.safe_load((tmp_path / "kalibr/camchain.yaml").read_text())
+    unit = opencv(tmp_path / "out/mav0/imu0/sensor.yaml")
+    in_body = numbers(unit.getNode("T_BS").getNode("data"))
+    assert np.array(in_body).reshape(4, 4) == pytest.approx(place, abs=1e-6)
+    estimator = opencv(tmp_path / "out/estimator_config.yaml")
+    assert (estimator.getNode("use_stereo").string(), estimator.getNode("max_cameras").real()) == (
+        "true",
+        2,
+    )
+    chain = opencv(tmp_path / "out" / estimator.getNode("relative_config_imucam").string())
+    for name, in_camera in (("cam0", place), ("cam1", np.linalg.inv(across) @ place)):
+        assert np.array(kalibr[name]["T_cam_imu"]) == pytest.approx(in_camera, abs=1e-6)
+        rows_of = chain.getNode(name).getNode("T_imu_cam")
+        found = [numbers(rows_of.at(row)) for row in range(4)]
+        assert np.array(found) == pytest.approx(np.linalg.inv(in_camera), abs=1e-6)
+        assert chain.getNode(name).getNode("timeshift_cam_imu").real() == 0
+    assert numbers(chain.getNode("cam0").getNode("cam_overlaps")) == [1]
+
+
+def test_a_calibrated_imu_needs_poses_of_the_head(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "home"))
+    save_mounts({"one": {"imu_left": MOUNT}})
+    words = of_recording(tmp_path, sound(), "--imu", "imu_left", *OPTIONS)
+    assert "no head poses on /tf" in refusal(*words)
 
 
 def test_orb_slam3_gets_settings_and_times(tmp_path: Path) -> None:

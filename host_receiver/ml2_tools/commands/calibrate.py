@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 _EPILOG = """\
 Compares the poses of the head with gyroscope and accelerometer of each unit, and saves rotation,
-position, time offset and biases. From its next start, `run` publishes the poses on /tf_static, and
-`export` writes them. No target is needed: move the head for a minute, turn it about all three axes,
+position, time offset and biases. From its next start, `run` publishes the poses on /tf_static.
+`export --bag` with --imu writes them. No target is needed: move the head for a minute, turn it about all three axes,
 and walk about.
 
 examples:

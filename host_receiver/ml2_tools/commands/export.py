@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ml2_receiver.commands.options import Subparsers, add_ros_args
 from ml2_receiver.commands.ros_start import ros_needed
+from ml2_receiver.configuration.mounts import load_mounts
 from ml2_receiver.table.reader import load_table
 
 from ..bags.bag_reader import BagReader
@@ -12,6 +13,7 @@ from ..errors import ExportError
 from ..export import open_vins, orb_slam3
 from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
 from ..export.rig import Rig
+from ..geometry.pose import Pose, pose_from
 from .live import PATIENCE_S
 from .optional_packages import optional_packages
 from .reading import add_headset, check_headset, progress, say_apart, say_left_out
@@ -104,19 +106,26 @@ def _rig(options: argparse.Namespace, reader: BagReader | None) -> Rig:
     if reader is not None:
         from ..export.recorded_rig import read_rig
 
-        return read_rig(reader, options.cameras, options.imu)
+        return read_rig(reader, options.cameras, options.imu, _mounting(reader, options.imu))
     with ros_needed():
         from ..export.live_rig import read_live_rig
     return read_live_rig(options.prefix, options.cameras, options.imu, PATIENCE_S)
 
 
+def _mounting(reader: BagReader, imu: str | None) -> Pose | None:
+    """Returns the calibrated pose of the IMU in the head, if there is one of the headset."""
+    mount = load_mounts().get(reader.config.device_id, {}).get(imu or "")
+    return None if mount is None else pose_from(mount.translation_m, mount.rotation)
+
+
 def _export_kalibr(folder: Path, rig: Rig, topic: str | None, noise: ImuNoise | None) -> None:
-    texts = {"camchain.yaml": camchain(rig.cameras)}
+    texts = {"camchain.yaml": camchain(rig.cameras, rig.imu_pose)}
     if noise is not None and topic is not None and rig.imu_rate_hz is not None:
         texts["imu.yaml"] = imu(topic, rig.imu_rate_hz, noise)
     _write(folder, texts)
-    print("T_cam_imu is not in camchain.yaml: the headset does not publish its IMUs' poses.")
-    print("kalibr_calibrate_imu_camera computes it from a recording.")
+    if rig.imu_pose is None:
+        print("T_cam_imu is not in camchain.yaml: the headset does not publish its IMUs' poses.")
+        print("Of a recording, `calibrate imu` finds them, and --imu then writes them.")
 
 
 def _export_euroc(
@@ -135,8 +144,11 @@ def _export_euroc(
         "orb_slam3_times.txt": orb_slam3.times(stamps_ns),
     }
     if noise is not None and topic is not None and rig.imu_rate_hz is not None:
-        texts["estimator_config.yaml"] = open_vins.estimator_config()
+        texts["estimator_config.yaml"] = open_vins.estimator_config(min(2, len(rig.cameras)))
         texts[open_vins.IMU_CHAIN] = open_vins.imu_chain(topic, rig.imu_rate_hz, noise)
+        if rig.imu_pose is not None:
+            chain = open_vins.camera_chain(rig.cameras[:2], rig.imu_pose)
+            texts[open_vins.CAMERA_CHAIN] = chain
     _write(folder, texts)
 
 

@@ -18,6 +18,7 @@ from ml2_receiver.topics.stamps import header_stamp_ns
 from ..bags.bag_reader import BagReader
 from ..bags.decoding import decoder
 from ..errors import ExportError
+from ..geometry.pose import Pose
 from ..images.pixels import pixels_of
 from .asl_yaml import asl_yaml
 from .kalibr import ImuNoise, RigCamera, distortion
@@ -40,8 +41,8 @@ def write_euroc(
 ) -> list[list[int]]:
     """Writes FOLDER/mav0 with cam0, cam1 and so on, and imu0 if there is an `imu_topic`.
 
-    The headset does not publish the poses of its IMUs. So the body frame is the optical frame of
-    cam0, and imu0/sensor.yaml has no T_BS.
+    The body frame is the optical frame of cam0. Without a calibrated IMU, imu0/sensor.yaml has no
+    T_BS.
 
     Args:
         folder: must not contain mav0 yet.
@@ -76,10 +77,14 @@ def write_euroc(
         for camera in rig.cameras:
             cameras[camera.topic].close(camera, rig)
         if imu is not None:
-            imu.close(noise)
+            imu.close(noise, rig)
     except OSError as error:
         raise ExportError(f"{root} cannot be written: {error.strerror}") from error
     return [it.stamps_ns for it in cameras.values()]
+
+
+def _matrix(pose: Pose) -> dict[str, Any]:
+    return {"cols": 4, "rows": 4, "data": pose.ravel().tolist()}
 
 
 class _Folder:
@@ -134,7 +139,7 @@ class _ImageFolder(_Folder):
             {
                 "sensor_type": "camera",
                 "comment": comment,
-                "T_BS": {"cols": 4, "rows": 4, "data": in_body.ravel().tolist()},
+                "T_BS": _matrix(in_body),
                 "rate_hz": self.rate_hz(),
                 "resolution": [calibration.width, calibration.height],
                 "camera_model": "pinhole",
@@ -157,13 +162,13 @@ class _ImuFolder(_Folder):
             raise ValueError(f"expected finite numbers, found {numbers}")
         self.row(header_stamp_ns(message.header), ",".join(map(repr, numbers)))
 
-    def close(self, noise: ImuNoise | None) -> None:
+    def close(self, noise: ImuNoise | None, rig: Rig) -> None:
         """Writes the files; noise has EuRoC's names in sensor.yaml."""
-        sensor: dict[str, Any] = {
-            "sensor_type": "imu",
-            "comment": "T_BS is not known",
-            "rate_hz": self.rate_hz(),
-        }
+        sensor: dict[str, Any] = {"sensor_type": "imu", "rate_hz": self.rate_hz()}
+        if rig.imu_pose is None:
+            sensor["comment"] = "T_BS is not known"
+        else:
+            sensor["T_BS"] = _matrix(np.linalg.inv(rig.cameras[0].pose) @ rig.imu_pose)
         if noise is not None:
             sensor |= {
                 "gyroscope_noise_density": noise.gyroscope_noise_density,

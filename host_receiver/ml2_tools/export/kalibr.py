@@ -47,10 +47,11 @@ class ImuNoise:
     gyroscope_random_walk: float
 
 
-def camchain(cameras: Sequence[RigCamera]) -> str:
+def camchain(cameras: Sequence[RigCamera], imu_pose: Pose | None = None) -> str:
     """Returns the text of camchain.yaml; T_cn_cnm1 transforms points from the previous camera.
 
-    T_cam_imu is absent, because it is unknown before a calibration.
+    Args:
+        imu_pose: in the frame that the cameras share; without it, T_cam_imu is absent.
 
     Raises:
         ExportError: Kalibr has no model for a lens.
@@ -74,6 +75,8 @@ def camchain(cameras: Sequence[RigCamera]) -> str:
         if number:
             between = np.linalg.inv(camera.pose) @ cameras[number - 1].pose
             row["T_cn_cnm1"] = between.tolist()
+        if imu_pose is not None:
+            row["T_cam_imu"] = (np.linalg.inv(camera.pose) @ imu_pose).tolist()
     return "".join(comments) + _yaml(chain)
 
 

@@ -5,13 +5,17 @@ Format: https://docs.openvins.com, config/ in https://github.com/rpng/open_vins
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from ..geometry.pose import Pose
 from .asl_yaml import asl_yaml
-from .kalibr import ImuNoise
+from .kalibr import ImuNoise, RigCamera, distortion
 
 IMU_CHAIN, CAMERA_CHAIN = "kalibr_imu_chain.yaml", "kalibr_imucam_chain.yaml"
-_GRAVITY = 9.81
+_GRAVITY = 9.80665  # standard gravity (CGPM 1901)
 _IDENTITY_3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 _IDENTITY_4 = [[float(row == column) for column in range(4)] for row in range(4)]
 # OpenVINS requires these values; they are those of its examples. A head moves at the start, so the
@@ -39,8 +43,6 @@ _INITIALIZATION = {
 _FILTER = {
     "use_fej": True,
     "integration": "rk4",
-    "use_stereo": False,
-    "max_cameras": 1,
     "calib_cam_extrinsics": True,
     "calib_cam_intrinsics": False,
     "calib_cam_timeoffset": True,
@@ -88,13 +90,14 @@ _FRONT_END = {
 }
 
 
-def estimator_config() -> str:
-    """Returns the text of estimator_config.yaml.
+def estimator_config(cameras: int) -> str:
+    """Returns the text of estimator_config.yaml, for one camera, or for two as a stereo pair.
 
-    Its camera is in CAMERA_CHAIN, which is Kalibr's camchain-imucam.yaml under that name. OpenVINS
-    then writes its states to a file for `evaluate --trajectory`.
+    Its cameras are in CAMERA_CHAIN. OpenVINS then writes its states to a file for
+    `evaluate --trajectory`.
     """
-    document: dict[str, Any] = {"verbosity": "INFO", **_FILTER, **_INITIALIZATION}
+    used = {"use_stereo": cameras == 2, "max_cameras": cameras}
+    document: dict[str, Any] = {"verbosity": "INFO", **_FILTER, **used, **_INITIALIZATION}
     document |= {
         "record_timing_information": False,
         "record_timing_filepath": "timing.txt",
@@ -105,6 +108,32 @@ def estimator_config() -> str:
     }
     chains = {"relative_config_imu": IMU_CHAIN, "relative_config_imucam": CAMERA_CHAIN}
     return asl_yaml(document | _FRONT_END | chains)
+
+
+def camera_chain(cameras: Sequence[RigCamera], imu_pose: Pose) -> str:
+    """Returns the text of kalibr_imucam_chain.yaml.
+
+    Images and IMU have stamps of one clock, so the time offset is 0; OpenVINS refines it.
+
+    Raises:
+        ExportError: OpenVINS has no model for a lens.
+    """
+    chain: dict[str, Any] = {}
+    for number, camera in enumerate(cameras):
+        k = camera.calibration.k
+        model, coefficients, _ = distortion(camera.calibration)
+        chain[f"cam{number}"] = {
+            "T_imu_cam": (np.linalg.inv(imu_pose) @ camera.pose).tolist(),
+            "cam_overlaps": [other for other in range(len(cameras)) if other != number],
+            "camera_model": "pinhole",
+            "distortion_coeffs": coefficients,
+            "distortion_model": model,
+            "intrinsics": [k[0], k[4], k[2], k[5]],
+            "resolution": [camera.calibration.width, camera.calibration.height],
+            "rostopic": camera.topic,
+            "timeshift_cam_imu": 0.0,
+        }
+    return asl_yaml(chain)
 
 
 def imu_chain(topic: str, rate_hz: float, noise: ImuNoise) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +13,7 @@ from ml2_receiver.topics.stamps import header_stamp_ns
 from ..bags.bag_reader import BagMessage, BagReader
 from ..bags.decoding import decoder
 from ..errors import ExportError
-from ..geometry.pose import Pose
+from ..geometry.pose import Pose, weighted_mean
 from ..geometry.transform_tree import Tree
 from ..images.image_topic import image_topic
 from .kalibr import CAMERAS, RigCamera
@@ -21,6 +21,10 @@ from .rig import Rig, calibration_of, rate_hz
 
 _IMU, _INFO = "sensor_msgs/msg/Imu", "sensor_msgs/msg/CameraInfo"
 _TF, _TF_STATIC, _TRANSFORMS = "/tf", "/tf_static", "tf2_msgs/msg/TFMessage"
+
+
+# Between poses of the head that are further apart it is not known.
+_LONGEST_GAP_NS = 50_000_000
 
 
 @dataclass
@@ -38,12 +42,15 @@ def recorded_cameras(reader: BagReader) -> tuple[str, ...]:
     return tuple(it for it in CAMERAS if f"{reader.prefix}/{it}/camera_info" in reader.types)
 
 
-def read_rig(reader: BagReader, cameras: Sequence[str], imu: str | None) -> Rig:
+def read_rig(
+    reader: BagReader, cameras: Sequence[str], imu: str | None, mounting: Pose | None
+) -> Rig:
     """Reads all of the recording.
 
     Args:
         cameras: stream ids; if empty, all recorded cameras of CAMERAS.
         imu: the stream id of the IMU whose rate is measured, or None.
+        mounting: the IMU's pose in the head, or None if it is not known.
 
     Raises:
         ExportError: messages are missing; the error names them.
@@ -57,13 +64,13 @@ def read_rig(reader: BagReader, cameras: Sequence[str], imu: str | None) -> Rig:
         raise ExportError(f"no camera_info of {', '.join(missing)} is in the recording")
     if imu is not None and len(found.imu_ns) < 2:
         raise ExportError(f"no {reader.prefix}/{imu}/imu is in the recording")
-    poses = _poses(found, cameras)
+    poses, imu_pose = _poses(found, cameras, mounting)
     topics = {it: image_topic(it, reader.prefix, reader.types.get) for it in cameras}
     rig_cameras = (
         RigCamera(topics[it].full_name(reader.prefix), calibration_of(found.infos[it]), poses[it])
         for it in cameras
     )
-    return Rig(tuple(rig_cameras), rate_hz(found.imu_ns))
+    return Rig(tuple(rig_cameras), rate_hz(found.imu_ns), imu_pose)
 
 
 def _read(reader: BagReader, cameras: Sequence[str], imu: str | None) -> _Found:
@@ -96,22 +103,54 @@ def _decoded(message: BagMessage, type: str) -> Any:
         raise ExportError(f"{message.topic}: {error}") from error
 
 
-def _poses(found: _Found, cameras: Sequence[str]) -> dict[str, Pose]:
-    """Returns the poses at the last stamp at which all are known; a single camera needs none."""
-    if len(cameras) == 1:
-        return {cameras[0]: np.eye(4)}
+def _poses(
+    found: _Found, cameras: Sequence[str], mounting: Pose | None
+) -> tuple[dict[str, Pose], Pose | None]:
+    """Returns the cameras' poses at the last stamp at which all are known, and the IMU's.
+
+    A single camera needs no transform, unless an IMU is mounted beside it.
+    """
+    if len(cameras) == 1 and mounting is None:
+        return {cameras[0]: np.eye(4)}, None
     frames = {found.infos[it].header.frame_id: it for it in cameras}
     tree = Tree.of(frames)
     instants: dict[int, dict[str, Pose]] = {}
+    heads: dict[int, Pose] = {}
     try:
         for message in found.static:
             tree.stand(message)
         for message in found.transforms:
             for camera, at_ns, pose in tree.poses(message):
                 instants.setdefault(at_ns, {})[camera] = pose
+            heads.update(tree.heads(message))
     except ValueError as error:
         raise ExportError(f"a transform of the recording: {error}") from error
-    whole = [at_ns for at_ns, poses in instants.items() if len(poses) == len(cameras)]
+    whole = {at_ns: it for at_ns, it in instants.items() if len(it) == len(cameras)}
     if not whole:
         raise ExportError(f"no stamp has transforms of all of {', '.join(sorted(frames))}")
-    return instants[max(whole)]
+    last = whole[max(whole)]
+    if mounting is None:
+        return last, None
+    first = cameras[0]
+    return last, last[first] @ _head_in(whole, heads, first) @ mounting
+
+
+def _head_in(
+    instants: Mapping[int, Mapping[str, Pose]], heads: Mapping[int, Pose], camera: str
+) -> Pose:
+    """Returns the pose of the head in a camera: the mean over all instants."""
+    known_ns = np.array(sorted(heads))
+    found = []
+    for at_ns, poses in instants.items():
+        after = int(np.searchsorted(known_ns, at_ns))
+        if not 0 < after < len(known_ns):
+            continue
+        begin_ns, end_ns = map(int, known_ns[after - 1 : after + 1])
+        if end_ns - begin_ns <= _LONGEST_GAP_NS:
+            share = (at_ns - begin_ns) / (end_ns - begin_ns)
+            pair = np.stack([heads[begin_ns], heads[end_ns]])
+            head = weighted_mean(pair, np.array([1 - share, share]))
+            found.append(np.linalg.inv(poses[camera]) @ head)
+    if not found:
+        raise ExportError(f"no head poses on /tf around the images of {camera}")
+    return weighted_mean(np.stack(found), np.full(len(found), 1 / len(found)))

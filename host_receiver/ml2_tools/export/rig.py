@@ -10,15 +10,20 @@ import numpy as np
 
 from ml2_receiver.configuration.calibration import Calibration
 
+from ..geometry.pose import Pose
 from .kalibr import RigCamera
 
 
 @dataclass(frozen=True)
 class Rig:
-    """The cameras in the requested order, with poses at one stamp, and the IMU's rate."""
+    """The cameras in the requested order, with poses at one stamp, and the IMU's rate.
+
+    `imu_pose` is in the frame that the cameras share, as calibrated; None if it is not known.
+    """
 
     cameras: tuple[RigCamera, ...]
     imu_rate_hz: float | None
+    imu_pose: Pose | None = None
 
 
 def calibration_of(info: Any) -> Calibration:

@@ -66,6 +66,16 @@ class Tree:
             pose, frame = pose_of(step.transform) @ pose, step.header.frame_id
         return pose
 
+    def heads(self, message: Any) -> Iterator[tuple[int, Pose]]:
+        """Yields stamp in ns and pose of the head for the transforms of a /tf message.
+
+        Raises:
+            ValueError: a transform is invalid.
+        """
+        for it in message.transforms:
+            if (it.header.frame_id, it.child_frame_id) == (self._world, self._head):
+                yield header_stamp_ns(it.header), pose_of(it.transform)
+
     def poses(self, message: Any) -> Iterator[tuple[str, int, Pose]]:
         """Yields camera, stamp in ns and pose for the transforms of a /tf message.
 
