@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 _EPILOG = """\
 Compares the poses of the head with gyroscope and accelerometer of each unit, and saves rotation,
 position, time offset and biases. From its next start, `run` publishes the poses on /tf_static.
-`export --bag` with --imu writes them. No target is needed: move the head for a minute, turn it about all three axes,
-and walk about.
+`export --bag` with --imu writes them. No target is needed: move the head for a minute, turn it
+about all three axes, and walk about.
 
 examples:
   ml2-receiver record motion --duration 60     while you nod, shake and tilt the head, and walk
