@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import struct
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,11 +14,14 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from command_line import refusal
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.mounts import Mount, save_mounts
+from ml2_tools.geometry.pose import pose_from, quaternion_of
 from sound_bag import (
     ACCELERATION,
     BEGIN_NS,
@@ -187,6 +191,44 @@ def test_a_calibrated_imu_is_in_all_files(tmp_path: Path, monkeypatch: pytest.Mo
         assert np.array(found) == pytest.approx(np.linalg.inv(in_camera), abs=1e-6)
         assert chain.getNode(name).getNode("timeshift_cam_imu").real() == 0
     assert numbers(chain.getNode("cam0").getNode("cam_overlaps")) == [1]
+
+    orb_slam3 = opencv(tmp_path / "out/orb_slam3.yaml")
+    of_first, of_second = np.linalg.inv(place), np.linalg.inv(place) @ across
+    assert orb_slam3.getNode("IMU.T_b_c1").mat() == pytest.approx(of_first, abs=1e-6)
+    assert orb_slam3.getNode("Stereo.T_c1_c2").mat() == pytest.approx(across, abs=1e-6)
+    assert orb_slam3.getNode("Camera2.k4").real() == pytest.approx(-4e-4)
+    assert orb_slam3.getNode("IMU.Frequency").isReal()
+    assert orb_slam3.getNode("IMU.GyroWalk").real() == pytest.approx(2e-5)
+
+    vins = opencv(tmp_path / "out/vins_fusion.yaml")
+    assert vins.getNode("body_T_cam0").mat() == pytest.approx(of_first, abs=1e-6)
+    assert vins.getNode("body_T_cam1").mat() == pytest.approx(of_second, abs=1e-6)
+    assert vins.getNode("acc_n").real() == pytest.approx(0.002 * np.sqrt(200), rel=1e-2)
+    camera = opencv(tmp_path / "out" / vins.getNode("cam1_calib").string())
+    assert camera.getNode("model_type").string() == "KANNALA_BRANDT"
+    lens = camera.getNode("projection_parameters")
+    found = [lens.getNode(it).real() for it in ("mu", "mv", "u0", "v0", "k2", "k5")]
+    assert found == pytest.approx([5, 5.5, 3.5, 2.5, 0.1, -4e-4])
+
+    basalt = json.loads((tmp_path / "out/basalt.json").read_text())["value0"]
+    for pose, expected in zip(basalt["T_imu_cam"], (of_first, of_second), strict=True):
+        turn = Rotation.from_quat([pose[it] for it in ("qx", "qy", "qz", "qw")])
+        assert turn.as_matrix() == pytest.approx(expected[:3, :3], abs=1e-6)
+        assert [pose[it] for it in ("px", "py", "pz")] == pytest.approx(expected[:3, 3], abs=1e-6)
+    assert basalt["intrinsics"][1]["camera_type"] == "kb4"
+    assert basalt["resolution"] == [[8, 6], [8, 6]]
+
+
+@given(
+    st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda it: np.hypot.reduce(it) > 0.1)
+)
+def test_quaternions_of_rotations_are_those_of_scipy(numbers: list[float]) -> None:
+    turn = Rotation.from_quat(numbers)
+    pose = np.eye(4)
+    pose[:3, :3] = turn.as_matrix()
+    assert (Rotation.from_quat(quaternion_of(pose)) * turn.inv()).magnitude() < 1e-7
+    assert quaternion_of(pose)[3] >= 0
+    assert pose_from((0, 0, 0), quaternion_of(pose)) == pytest.approx(pose, abs=1e-9)
 
 
 def test_a_calibrated_imu_needs_poses_of_the_head(

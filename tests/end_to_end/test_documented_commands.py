@@ -39,6 +39,7 @@ NOT_HERE = {
     r"\S+ python3 my_program.py": "host_receiver/test/test_own_program.py",
     r"\S+ headset install": "host_receiver/test/test_command_headset.py, with a package",
     r"\S+ evaluate ": "host_receiver/test/test_command_evaluate.py, on a walk",
+    r"\S+ calibrate imu --bag ": "tests/end_to_end/test_imu_calibration.py, on a walk",
     r"\S+ play ": "host_receiver/test/test_command_play.py; the port has its headset here",
     r"\S+ .*--replay ": "tests/end_to_end/test_replay.py",
 }

@@ -10,8 +10,8 @@ from ml2_receiver.table.reader import load_table
 
 from ..bags.bag_reader import BagReader
 from ..errors import ExportError
-from ..export import open_vins, orb_slam3
-from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
+from ..export import basalt, open_vins, orb_slam3, vins_fusion
+from ..export.kalibr import CAMERAS, ImuNoise, MountedImu, camchain, imu
 from ..export.rig import Rig
 from ..geometry.pose import Pose, pose_from
 from .live import PATIENCE_S
@@ -28,7 +28,9 @@ _NOISE = {
 _EPILOG = """\
 --kalibr reads a recording with --bag, otherwise the topics of a running `ml2-receiver run` with a
 headset or of a bag that is played. --euroc needs --bag. It also writes settings for ORB-SLAM3 and,
-with --imu, for OpenVINS; `evaluate --trajectory` reads their trajectories.
+with --imu, for OpenVINS. If `calibrate imu` knows the IMU, they have its place, and there are
+settings for VINS-Fusion and Basalt. They are for the first camera, or for the first two as a pair.
+`evaluate --trajectory` reads trajectories of such programs.
 
 examples:
   ml2-receiver export --kalibr calibration
@@ -139,16 +141,18 @@ def _export_euroc(
         stamps_ns, *_ = write_euroc(folder, reader, rig, topic, noise, on_bytes)
     print(f"wrote {folder / 'mav0'}")
     rate_hz = round((len(stamps_ns) - 1) / ((stamps_ns[-1] - stamps_ns[0]) / 1e9))
-    texts = {
-        "orb_slam3.yaml": orb_slam3.settings(rig.cameras[0].calibration, rate_hz),
-        "orb_slam3_times.txt": orb_slam3.times(stamps_ns),
-    }
+    texts = {"orb_slam3_times.txt": orb_slam3.times(stamps_ns)}
+    pair, known = rig.cameras[:2], None
     if noise is not None and topic is not None and rig.imu_rate_hz is not None:
-        texts["estimator_config.yaml"] = open_vins.estimator_config(min(2, len(rig.cameras)))
+        texts["estimator_config.yaml"] = open_vins.estimator_config(len(pair))
         texts[open_vins.IMU_CHAIN] = open_vins.imu_chain(topic, rig.imu_rate_hz, noise)
         if rig.imu_pose is not None:
-            chain = open_vins.camera_chain(rig.cameras[:2], rig.imu_pose)
-            texts[open_vins.CAMERA_CHAIN] = chain
+            known = MountedImu(topic, rig.imu_rate_hz, noise, rig.imu_pose)
+            texts[open_vins.CAMERA_CHAIN] = open_vins.camera_chain(pair, known.pose)
+            texts |= vins_fusion.files(pair, known)
+            if all(it.calibration.model == "equidistant" for it in pair):
+                texts["basalt.json"] = basalt.calibration(pair, known)
+    texts["orb_slam3.yaml"] = orb_slam3.settings(pair, rate_hz, known)
     _write(folder, texts)
 
 

@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import yaml
+
+from ..geometry.pose import Pose
+
+
+@dataclass(frozen=True)
+class OpenCvMatrix:
+    """A pose as OpenCV writes matrices, with their sizes and type."""
+
+    pose: Pose
 
 
 def asl_yaml(document: Mapping[str, Any]) -> str:
@@ -31,3 +41,10 @@ class _Dumper(yaml.SafeDumper):
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
+
+    def represent_matrix(self, matrix: OpenCvMatrix) -> yaml.MappingNode:
+        values = {"rows": 4, "cols": 4, "dt": "d", "data": matrix.pose.ravel().tolist()}
+        return self.represent_mapping("tag:yaml.org,2002:opencv-matrix", values)
+
+
+_Dumper.add_representer(OpenCvMatrix, _Dumper.represent_matrix)

@@ -20,6 +20,9 @@ from ..geometry.pose import Pose
 # The cameras whose lens models calibration programs know, in the order of cam0, cam1, ...
 CAMERAS = ("world_left", "world_center", "world_right", "color")
 
+# Standard gravity (CGPM 1901), in m/s^2.
+GRAVITY = 9.80665
+
 _GRID = 33
 _UNDISTORTION_STEPS = 30
 
@@ -45,6 +48,16 @@ class ImuNoise:
     accelerometer_random_walk: float
     gyroscope_noise_density: float
     gyroscope_random_walk: float
+
+
+@dataclass(frozen=True)
+class MountedImu:
+    """An IMU whose pose is known, in the frame that the cameras share."""
+
+    topic: str
+    rate_hz: float
+    noise: ImuNoise
+    pose: Pose
 
 
 def camchain(cameras: Sequence[RigCamera], imu_pose: Pose | None = None) -> str:

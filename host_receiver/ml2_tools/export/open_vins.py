@@ -12,10 +12,9 @@ import numpy as np
 
 from ..geometry.pose import Pose
 from .asl_yaml import asl_yaml
-from .kalibr import ImuNoise, RigCamera, distortion
+from .kalibr import GRAVITY, ImuNoise, RigCamera, distortion
 
 IMU_CHAIN, CAMERA_CHAIN = "kalibr_imu_chain.yaml", "kalibr_imucam_chain.yaml"
-_GRAVITY = 9.80665  # standard gravity (CGPM 1901)
 _IDENTITY_3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 _IDENTITY_4 = [[float(row == column) for column in range(4)] for row in range(4)]
 # OpenVINS requires these values; they are those of its examples. A head moves at the start, so the
@@ -53,7 +52,7 @@ _FILTER = {
     "max_slam_in_update": 25,
     "max_msckf_in_update": 40,
     "dt_slam_delay": 1,
-    "gravity_mag": _GRAVITY,
+    "gravity_mag": GRAVITY,
     "feat_rep_msckf": "GLOBAL_3D",
     "feat_rep_slam": "ANCHORED_MSCKF_INVERSE_DEPTH",
     "feat_rep_aruco": "ANCHORED_MSCKF_INVERSE_DEPTH",

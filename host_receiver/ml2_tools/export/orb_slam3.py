@@ -1,6 +1,6 @@
-"""Writes the files that ORB-SLAM3's program `mono_euroc` needs in addition to an EuRoC folder.
+"""Writes the files that ORB-SLAM3's programs for EuRoC need in addition to an EuRoC folder.
 
-Format: version 1.0 of its settings, Examples/Monocular in https://github.com/UZ-SLAMLab/ORB_SLAM3
+Format: version 1.0 of its settings, Examples/ in https://github.com/UZ-SLAMLab/ORB_SLAM3
 """
 
 from __future__ import annotations
@@ -8,10 +8,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ml2_receiver.configuration.calibration import Calibration
 
-from .asl_yaml import asl_yaml
-from .kalibr import distortion
+from .asl_yaml import OpenCvMatrix, asl_yaml
+from .kalibr import MountedImu, RigCamera, distortion
 
 # The values of ORB-SLAM3's examples, with more features for the larger images of 1016 x 1016.
 _ORB = {
@@ -35,29 +37,49 @@ _VIEWER = {
 }
 
 
-def settings(camera: Calibration, rate_hz: int) -> str:
-    """Returns the settings for one camera.
+def settings(cameras: Sequence[RigCamera], rate_hz: int, imu: MountedImu | None) -> str:
+    """Returns the settings for one camera or a stereo pair, and for the IMU if it is known.
 
     Raises:
-        ExportError: ORB-SLAM3 has no model for the lens.
+        ExportError: ORB-SLAM3 has no model for a lens.
     """
-    model, coefficients, _ = distortion(camera)
-    is_fisheye = model == "equidistant"
-    names = ("k1", "k2", "k3", "k4") if is_fisheye else ("k1", "k2", "p1", "p2")
+    first = cameras[0].calibration
+    is_fisheye = distortion(first)[0] == "equidistant"
     document: dict[str, Any] = {
         "File.version": "1.0",
         "Camera.type": "KannalaBrandt8" if is_fisheye else "PinHole",
-        "Camera1.fx": camera.k[0],
-        "Camera1.fy": camera.k[4],
-        "Camera1.cx": camera.k[2],
-        "Camera1.cy": camera.k[5],
-        **{f"Camera1.{name}": it for name, it in zip(names, coefficients, strict=True)},
-        "Camera.width": camera.width,
-        "Camera.height": camera.height,
+        **_camera(1, first),
+        "Camera.width": first.width,
+        "Camera.height": first.height,
         "Camera.fps": rate_hz,
         "Camera.RGB": 0,
     }
+    if len(cameras) == 2:
+        between = np.linalg.inv(cameras[0].pose) @ cameras[1].pose
+        document |= _camera(2, cameras[1].calibration)
+        document |= {"Stereo.ThDepth": 40.0, "Stereo.T_c1_c2": OpenCvMatrix(between)}
+        for number, camera in enumerate(cameras, start=1):
+            document[f"Camera{number}.overlappingBegin"] = 0
+            document[f"Camera{number}.overlappingEnd"] = camera.calibration.width - 1
+    if imu is not None:
+        document |= {
+            "IMU.T_b_c1": OpenCvMatrix(np.linalg.inv(imu.pose) @ cameras[0].pose),
+            "IMU.NoiseGyro": imu.noise.gyroscope_noise_density,
+            "IMU.NoiseAcc": imu.noise.accelerometer_noise_density,
+            "IMU.GyroWalk": imu.noise.gyroscope_random_walk,
+            "IMU.AccWalk": imu.noise.accelerometer_random_walk,
+            "IMU.Frequency": imu.rate_hz,
+        }
     return asl_yaml(document | _ORB | _VIEWER)
+
+
+def _camera(number: int, calibration: Calibration) -> dict[str, float]:
+    model, coefficients, _ = distortion(calibration)
+    k = calibration.k
+    names = ("k1", "k2", "k3", "k4") if model == "equidistant" else ("k1", "k2", "p1", "p2")
+    values = {"fx": k[0], "fy": k[4], "cx": k[2], "cy": k[5]}
+    values |= zip(names, coefficients, strict=True)
+    return {f"Camera{number}.{name}": it for name, it in values.items()}
 
 
 def times(stamps_ns: Sequence[int]) -> str:

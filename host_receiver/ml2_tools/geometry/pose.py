@@ -53,3 +53,15 @@ def _matrix(x: float, y: float, z: float, w: float) -> list[list[float]]:
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
+
+
+def quaternion_of(pose: Pose) -> tuple[float, float, float, float]:
+    """Returns the rotation of a pose as x, y, z, w with w >= 0 (Bar-Itzhack 2000)."""
+    r = pose[:3, :3]
+    traceless = np.empty((4, 4))
+    traceless[:3, :3] = r + r.T - np.trace(r) * np.eye(3)
+    traceless[3, :3] = traceless[:3, 3] = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
+    traceless[3, 3] = np.trace(r)
+    _, vectors = np.linalg.eigh(traceless)
+    x, y, z, w = map(float, vectors[:, -1])
+    return (x, y, z, w) if w >= 0 else (-x, -y, -z, -w)
