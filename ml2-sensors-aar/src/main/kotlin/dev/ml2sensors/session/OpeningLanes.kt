@@ -126,10 +126,10 @@ internal class OpeningLanes(
         if (connections.containsKey(name)) return
         val connection = connect(name)
         connections[name] = connection
-        if (name !=
-            RosLanes.ROS
-        ) {
-            launch { sayTaken(connection, Channel<FrameHeader>(UNLIMITED).also { taken[name] = it }) }
+        if (name != RosLanes.ROS) {
+            val left = Channel<FrameHeader>(UNLIMITED)
+            taken[name] = left // before a message can leave a queue
+            launch { sayTaken(connection, left) }
         }
         launch { read(name, connection) }
     }

@@ -19,6 +19,7 @@ import kotlinx.coroutines.async
 import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.cancel
 import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.first
@@ -608,6 +609,8 @@ class ServiceClientsTest {
         var lost = 0
         repeat(200) { round ->
             val calls = List(50) { call(it % 2 == 0) }
+            val ends = Channel<Unit>(Channel.UNLIMITED)
+            for (call in calls) call.invokeOnCompletion { ends.trySend(Unit) }
             val session = session().apply { opens(1) }
             val answers = random.nextInt(51)
             for (index in 0..<answers) {
@@ -615,7 +618,8 @@ class ServiceClientsTest {
                 session.answer(request, "${request.body[4]} $round")
             }
             session.await(HostFrame.REQUEST, 49)
-            // What was answered may have been read or not when the link is cut
+            // In the other rounds, what was answered may have been read or not when the link is cut.
+            if (round % 2 == 0) withTimeout(TEST_LIMIT) { repeat(answers) { ends.receive() } }
             lose(session)
             for ((index, call) in calls.withIndex()) {
                 val outcome = withTimeout(TEST_LIMIT) { runCatching { call.await() } }
