@@ -51,6 +51,7 @@ LASTING = {
 INCOMPLETE = {"pair": 2, "evaluate": 2, "play": 1}
 # Commands that end by themselves.
 BRIEF = (
+    "calibrate imu --forget",
     "call start",
     "config show",
     "devices --json",

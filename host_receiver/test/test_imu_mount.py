@@ -12,7 +12,7 @@ from head_motion import HeadMotion
 from ml2_receiver.errors import CalibrationError
 from ml2_tools.calibration.imu import Samples, estimate_mount
 
-_DURATION_S = 30.0
+_DURATION_S = 23.0
 
 
 def test_a_drawn_mount_is_found_within_what_is_stated() -> None:

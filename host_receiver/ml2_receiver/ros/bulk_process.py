@@ -25,6 +25,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
+from ..json_text import json_text
 from ..session.subscription_queue import Payload
 from .context import start_node
 from .given_arguments import given
@@ -93,7 +94,7 @@ class BulkTaker:
     def _tell(self, command: Mapping[str, object]) -> None:
         if self._commands is not None:
             with suppress(OSError):  # the next process is told everything
-                print(json.dumps(command), file=self._commands, flush=True)
+                print(json_text(command), file=self._commands, flush=True)
 
     def stop(self) -> None:
         """Ends the process."""

@@ -37,7 +37,8 @@ _LONGEST_GAP_S = 0.1
 _LARGEST_SIGMA_M, _LARGEST_SIGMA_RAD = 0.005, np.radians(0.1)
 # Axes about which the head turned less than this share of the axis with most.
 _LEAST_SHARE = 0.4
-_FITS = 3
+# Steps of each fit: a motion that shows little leads nowhere.
+_FITS, _MOST_STEPS = 3, 20
 # Of the residuals: turns in rad, accelerations in m/s^2. The least are what interpolation costs.
 _FIRST_SCALES, _LEAST_SCALES = np.array([1e-3, 0.05]), np.array([1e-5, 1e-3])
 _OUTLIER_SIGMAS = 5.0
@@ -221,6 +222,7 @@ class _Problem:
                 loss="cauchy",
                 f_scale=3.0,
                 ftol=1e-6,
+                max_nfev=_MOST_STEPS,
             )
             found = fit.x
             scales = np.maximum(_LEAST_SCALES, [_sigma(it) for it in self._residuals(found)])

@@ -5,10 +5,11 @@ Format: data/t265_kb4_calib.json in https://github.com/VladyslavUsenko/basalt
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 
 import numpy as np
+
+from ml2_receiver.json_text import json_text
 
 from ..errors import ExportError
 from ..geometry.pose import Pose, quaternion_of
@@ -39,7 +40,7 @@ def calibration(cameras: Sequence[RigCamera], imu: MountedImu) -> str:
         "cam_time_offset_ns": 0,
         "vignette": [],
     }
-    return json.dumps({"value0": value}, indent=4) + "\n"
+    return json_text({"value0": value}, indent=4) + "\n"
 
 
 def _pose(pose: Pose) -> dict[str, float]:
