@@ -10,7 +10,7 @@ FAULTS ?= 500
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/codecs native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/interop tests/end_to_end tests/validation tests/view tests/bench
+python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/codecs native/tests/openxr native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/interop tests/end_to_end tests/validation tests/view tests/bench
 # Seconds that a test waits for what has to come. It only ends a hang; a slower machine may set more.
 export ML2S_TEST_LIMIT_S ?= 120
 # A test that waits for several things has ten times as long.
@@ -30,10 +30,10 @@ define sanitized
 cmake -S native -B build/native/$(1) -G Ninja -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DML2S_SANITIZE=$(2)
 cmake --build build/native/$(1) --parallel 2 $(3)
 endef
-# Where it is set, each Python process would compile all modules anew.
+# With this variable set, each Python process would compile all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 maven_options := --no-transfer-progress -Dtest.timeout_s=$(PYTEST_TIMEOUT) $(if $(CI),--batch-mode)
-maven := mvn $(maven_options)
+maven := config/kotlin/maven.sh $(maven_options)
 # Java takes the home from the list of users.
 ifeq ($(MAKELEVEL),0)
 export MAVEN_OPTS := -Duser.home=$(HOME) $(MAVEN_OPTS)
@@ -92,7 +92,7 @@ help: ## List the targets
 setup: ## Install what the receiver needs: Debian packages, and Python 3.12 with ROS 2 Jazzy in build/venv
 	$(call set_up,receiver)
 
-# What other targets need too, by the groups of debian-packages.txt: setup-headset+lint.
+# Installs what other targets need too, by the groups of debian-packages.txt: setup-headset+lint.
 setup-%:
 	$(call set_up,receiver $(subst +, ,$*))
 
@@ -105,7 +105,7 @@ $(packaged): $(bundle) $(kotlin_files)
 $(class_archive): $(packaged)
 	$(if_changed) $@ $(kotlin) build/native/bundle -- config/kotlin/class_archive.sh $(headset)/target/ml2-headset.jsa
 
-# What a demo needs of `build`, in half the time: no tests, no app.
+# Builds the part of `build` that a demo needs, in half the time: no tests, no app.
 $(simulated_headset): $(bundle) $(kotlin_files)
 	$(if_changed) $@ $(kotlin) build/native/bundle -- $(maven) package -Dmaven.test.skip -pl $(library),$(headset)
 
@@ -313,9 +313,9 @@ harsh-android: build ## The part of harsh with Android's classes, in virtual tim
 	  -Dtest=HarshTest,UnityCloseTest,VendorNeverReturnsTest \
 	  -Dsurefire.failIfNoSpecifiedTests=false -Dharsh.faults=$(FAULTS) -Dharsh.seed=$(SEED)
 
-validate: build ## Trajectories from images alone, against the headset's and the true ones, and 20 calibrated inertial units; result in build/validate (a quarter of an hour, on an idle machine)
-	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py
-	$(run) env PYTHONPATH=host_receiver:host_receiver/test python3 tests/validation/imu_calibration.py
+validate: build ## Trajectories from images alone, against the headset's and the true ones, and 20 calibrated inertial units, with noise; SEED draws two walks and the units; result in build/validate (20 minutes, on an idle machine)
+	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py $(SEED)
+	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/imu_calibration.py $(SEED)
 
 image-quality: build ## What JPEG costs: matches and structure from motion of raw images, and of the same compressed; result in build/bench/image_quality.json (half an hour, on an idle machine)
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/image_quality.py

@@ -121,6 +121,8 @@ def _allowed(key: Key) -> str:
         return "true, false"
     if key.type == "file":
         return "the name of a file, or nothing"
+    if key.type == "line":
+        return "at most 63 bytes in one line"
     if key.type == "link":
         return f"{', '.join(LINK_WORDS)}, or Mbit/s above 0"
     if key.type == "names":

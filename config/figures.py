@@ -1,7 +1,8 @@
 """Prints figures of the repository: files, lines by area, words of documents, circular imports.
 
 With --check it prints nothing but what is wrong, and fails on circular imports between packages of
-Python and Kotlin and between modules of C and C++, and on MOST_FILES files.
+Python and Kotlin and between modules of C and C++, on MOST_FILES files, and on comments that begin
+with one of HANGING.
 """
 
 import argparse
@@ -15,8 +16,13 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-MOST_FILES = 1850
+MOST_FILES = 1950
 SOURCES = {".c", ".cpp", ".cs", ".h", ".java", ".kt", ".py", ".rs", ".sh"}
+# Words that begin a clause without saying what the thing does or is.
+HANGING = "Of|Those|What|Where|Whether|Which|Who|Whose|Why|How"
+DOCUMENTATION = re.compile(rf'(?:^\s*"""|/\*\*<?|///<|<summary>)\s*({HANGING})\b')
+COMMENT = re.compile(rf"\s*(?:#|//|\*)\s*({HANGING})\b")
+INSIDE_COMMENT = re.compile(r"\s*(?:#|//|\*(?!/))\s*\S")
 # The first that matches a path is its area; other sources are the product.
 AREAS = {
     "tests": r"(^|/)(tests?|Tests|benchmark)/",
@@ -102,16 +108,32 @@ def circle(imports: Iterable[tuple[str, str]]) -> str | None:
     return None
 
 
-def problems(count: int) -> list[str]:
+def hanging(path: Path) -> Iterable[str]:
+    """Place and first word of each comment that begins with one of HANGING."""
+    before = ""
+    for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
+        found = DOCUMENTATION.search(line)
+        if not INSIDE_COMMENT.match(before):
+            found = found or COMMENT.match(line)
+        if found:
+            yield f"{path.relative_to(ROOT)}:{number}: a comment begins with {found[1]!r}"
+        before = line
+
+
+def problems(paths: list[Path]) -> list[str]:
     circles = {
         "Python packages import": circle(python_imports()),
         "Kotlin packages import": circle(kotlin_imports()),
         "C modules include": circle(c_includes()),
     }
     found = [f"{users} each other: {it}" for users, it in circles.items() if it]
-    if count >= MOST_FILES:
-        found.append(f"the repository has {count} files; fewer than {MOST_FILES} are allowed")
-    return found
+    if len(paths) >= MOST_FILES:
+        found.append(f"the repository has {len(paths)} files; fewer than {MOST_FILES} are allowed")
+    commented = (it for it in paths if it.suffix in SOURCES | {".js", ".yaml", ".yml"})
+    hangs = [place for path in commented for place in hanging(path)]
+    if hangs:
+        hangs.append("expected in each comment above: first what the thing does or is")
+    return found + hangs
 
 
 def print_figures(paths: list[Path]) -> None:
@@ -137,7 +159,7 @@ def main() -> int:
     paths = files()
     if not arguments.check:
         print_figures(paths)
-    found = problems(len(paths))
+    found = problems(paths)
     print("\n".join(found), file=sys.stderr)
     return 1 if arguments.check and found else 0
 

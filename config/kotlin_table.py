@@ -130,11 +130,12 @@ def _custom(custom: CustomTopics) -> str:
     return _call(
         "CustomTopicsSpec",
         role=_text(custom.role),
-        lane=_text(custom.lane.name),
-        laneClass=_lane_class_of(custom.lane),
-        qos=_text(custom.qos),
+        small=_lane_class_of(custom.lanes[0]),
+        large=_lane_class_of(custom.lanes[1]),
+        qos=_text(custom.qos[0]),
+        latchedQos=_text(custom.qos[1]),
         maxTopics=str(custom.max_topics),
-    ).on_one_line()
+    ).render(_INDENT * 2)
 
 
 def _property(table: StreamTable, stream: Stream) -> str:

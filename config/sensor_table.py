@@ -26,6 +26,8 @@ _NAMES = {
     "hand_": ("Hand joints", ""),
     "controller_joy": ("Controller's buttons and touchpad", ""),
     "controller": ("Controller", ""),
+    "markers": ("Markers", ""),
+    "map": ("Map of the headset", ""),
     "battery": ("Battery", ""),
     "tf": ("Transforms", ", and one per image"),
     "custom": ("Your app's own topics", "yours"),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 _PYTHON = "host_receiver/test"
 _KOTLIN = "ml2-sensors-aar/src/test/kotlin/dev/ml2sensors"
-# Who tries, and the files that are about it: of _PYTHON, or of _KOTLIN with their folder.
+# The attackers, and the test files of each: in _PYTHON, or in _KOTLIN with their folder.
 _TRIED = {
     "anybody on the network": (
         "test_malicious_peers",
@@ -24,8 +24,10 @@ _TRIED = {
         "test_event_limit",
         "test_printable",
         "test_app_rules",
+        "test_custom_topics",
         "test_openings",
         "test_ros_subscriptions",
+        "test_app_services",
         "test_ros_services",
     ),
     "a receiver, to a headset": (

@@ -15,7 +15,7 @@ compiler=~/.m2/repository/org/jetbrains
 
 # The first build writes no caches, which would take longer: a clone is often built only once.
 if [[ ! -d $library/target/test-classes || ! -d $compiler/kotlin/kotlin-build-tools-impl/$version ]]; then
-  exec mvn "$@" "${package[@]}"
+  exec config/kotlin/maven.sh "$@" "${package[@]}"
 fi
 kotlin_jars=$(find "$compiler" -name "*-$version.jar" -o -name 'kotlinx-coroutines-core-jvm*.jar' -o -name 'annotations*.jar' |
   paste -sd :)
@@ -26,7 +26,7 @@ if_changed() {
   config/if_changed.sh "build/kotlin/$1" "${@:2}" >/dev/null
 }
 
-# What is compiled whole leaves the classes of sources that are gone.
+# A whole compilation leaves the classes of removed sources.
 remove_stale() {
   local target
   for target in "$library/target" "$library"/*/target; do
@@ -41,11 +41,11 @@ robolectric=("$library"/{android-test,app}/target/kotlin-ic/test)
 mkdir -p build/kotlin
 if_changed .poms pom.xml .mvn "$library"/pom.xml "$library"/*/pom.xml -- rm -rf "${all[@]}"
 remove_stale
-mvn "${incremental[@]}" compile -pl $library
+config/kotlin/maven.sh "${incremental[@]}" compile -pl $library
 java -XX:TieredStopAtLevel=1 -cp "$kotlin_jars" config/kotlin/Abi.java $library/target/classes build/kotlin/library
 if_changed .library build/kotlin/library -- rm -rf $library/target/kotlin-ic/test "${all[@]:1}"
 if_changed .library-tests $library/src/test -- rm -rf "${robolectric[@]}"
 if_changed .simulator $library/simulator/src/main -- rm -rf $library/simulator/target/kotlin-ic/test "${robolectric[@]}"
 if_changed .app $library/app/src/main -- rm -rf $library/app/target/kotlin-ic/test
 remove_stale
-mvn "${incremental[@]}" "${package[@]}"
+config/kotlin/maven.sh "${incremental[@]}" "${package[@]}"

@@ -21,11 +21,11 @@ from live_table import LiveTable
 from ml2_receiver.commands.options import above_zero
 from ml2_receiver.commands.stopping import heed_interrupts
 from ml2_receiver.configuration.config import load_config
-from ml2_receiver.errors import ConfigError
+from ml2_receiver.errors import ConfigError, ReceiverError
 from ml2_receiver.table.reader import load_table
-from pairing import accept, offered
+from ml2_tools.selftest.pairing import accept, offered
 from report import build_report, verdict
-from shaped_link import Host, link, why_not
+from shaped_link import Machine, link, why_not
 
 ROOT = Path(__file__).resolve().parents[2]
 RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
@@ -92,10 +92,10 @@ def _parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _hosts(stack: ExitStack, link_mbit: float | None) -> tuple[Host, Host]:
+def _hosts(stack: ExitStack, link_mbit: float | None) -> tuple[Machine, Machine]:
     """The hosts of receiver and headset: this machine, or both ends of a link."""
     if link_mbit is None:
-        return Host(), Host()
+        return Machine(), Machine()
     if reason := why_not():
         hint = f"; try: sudo make demo LINK={link_mbit:g}" if os.geteuid() != 0 else ""
         raise SystemExit(f"no link of {link_mbit:g} Mbit/s: {reason}{hint}")
@@ -184,5 +184,7 @@ if __name__ == "__main__":
     heed_interrupts()
     try:
         sys.exit(main())
+    except ReceiverError as error:
+        sys.exit(str(error))
     except KeyboardInterrupt:
         sys.exit(130)  # as shells say of SIGINT

@@ -1,4 +1,4 @@
-"""What the simulated headset says of images that it draws while it streams."""
+"""The simulated headset's reports of captures that it left out while it drew images."""
 
 from __future__ import annotations
 

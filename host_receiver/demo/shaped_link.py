@@ -14,18 +14,18 @@ from typing import Literal
 
 import delayed_link
 
-# What waits in a link at most.
+# The longest time that data wait in a link.
 QUEUE_S = 0.05
 _BURST_BYTES = 32 * 1024
 
 
 @dataclass(frozen=True)
-class Host:
-    """A host that runs processes.
+class Machine:
+    """A machine that runs processes.
 
     Attributes:
-        prefix: the words before each command, which run it on the host; empty for this machine.
-        address: the host's address, as the other host reaches it.
+        prefix: the words before each command, which run it there; empty for this one.
+        address: as the other machine reaches it.
     """
 
     prefix: tuple[str | Path, ...] = ()
@@ -36,8 +36,8 @@ class Host:
 class Link:
     """Two namespaces, and the token bucket or the `forwarder` between them."""
 
-    receiver: Host
-    headset: Host
+    receiver: Machine
+    headset: Machine
     device: str
     forwarder: subprocess.Popen[str] | None = None
 
@@ -83,7 +83,7 @@ def link(
     near, far = f"ml2r{os.getpid()}", f"ml2h{os.getpid()}"
     devices = (delayed_link.DEVICE,) * 2 if rtt_ms else (near, far)
     execute = ("ip", "netns", "exec")
-    hosts = (Host((*execute, near), "10.77.0.1"), Host((*execute, far), "10.77.0.2"))
+    hosts = (Machine((*execute, near), "10.77.0.1"), Machine((*execute, far), "10.77.0.2"))
     with contextlib.ExitStack() as stack:
         for name in (near, far):
             _run("ip", "netns", "add", name)

@@ -71,7 +71,7 @@ missing_packages() {
     done
   done <"$environment/debian-packages.txt"
   $ros_from_apt || return 0
-  for name in diagnostic_msgs ffmpeg_image_transport_msgs foxglove_msgs rclpy rmw_fastrtps_cpp sensor_msgs std_srvs test_msgs tf2_msgs; do
+  for name in diagnostic_msgs ffmpeg_image_transport_msgs foxglove_msgs nav_msgs rclpy rmw_fastrtps_cpp sensor_msgs std_srvs test_msgs tf2_msgs vision_msgs; do
     if [[ ! -d /opt/ros/jazzy/share/$name ]]; then echo "ros-jazzy-${name//_/-}"; fi
   done
 }

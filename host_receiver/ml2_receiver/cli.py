@@ -33,7 +33,7 @@ _HEADINGS = {
     "everyday": ("run", "view", "topics", "set", "call"),
     "look": ("echo", "products", "rviz", "compat"),
     "record": ("record", "play", "inspect", "export", "evaluate"),
-    "set up": ("pair", "unpair", "headset", "config", "calibrate"),
+    "set up": ("pair", "unpair", "headset", "config", "calibrate", "messages"),
     "diagnose": ("doctor", "devices", "latency"),
 }
 _EPILOG = """\

@@ -11,15 +11,15 @@ _POLL_S = 0.0005
 # whose acknowledgements come back behind them, take 6 ms for a queue of their own.
 _QUEUE_S = 0.003
 # More than the last segment of a slice, which TCP acknowledges 40 ms late.
-_LEAST_BYTES = 16 << 10
+_SLICE_BYTES = 16 << 10
 _WINDOW_S, _INTERVAL_S, _BURST_S = 0.4, 0.002, 0.02
 
 
 class SendQueue(Protocol):
-    """What the kernel keeps of a connection until the peer acknowledges it."""
+    """The bytes of a connection that the kernel keeps until the peer acknowledges them."""
 
     def unacknowledged(self) -> int:
-        """Returns its bytes; 0 when the connection is closed."""
+        """Returns their number; 0 when the connection is closed."""
 
     def least_round_trip_s(self) -> float:
         """Returns the least round trip of the connection."""
@@ -55,6 +55,17 @@ class Pacing:
         with self._lock:
             self._queues.append(queue)
 
+    def send(self, data: bytes | memoryview, send_all: Callable[[memoryview], None]) -> None:
+        """Sends data in slices."""
+        view = memoryview(data)
+        for begin in range(0, len(view), _SLICE_BYTES):
+            piece = view[begin : begin + _SLICE_BYTES]
+            self.wait(len(piece))
+            try:
+                send_all(piece)
+            finally:
+                self.written(len(piece))
+
     def wait(self, length: int) -> None:
         """Waits until a slice may be written; call written() afterwards."""
         with self._turn:
@@ -74,7 +85,7 @@ class Pacing:
             waiting = sum(it.unacknowledged() for it in self._queues)
             delivered = self._delivered(self._written - waiting)
             least_s = min((it.least_round_trip_s() for it in self._queues), default=0.0)
-            most = max(_LEAST_BYTES, delivered * (least_s + _QUEUE_S))
+            most = max(_SLICE_BYTES, delivered * (least_s + _QUEUE_S))
             return self._granted + waiting < most
 
     def _delivered(self, acknowledged: int) -> float:

@@ -13,7 +13,7 @@ _LOCKED_S = 0.9
 
 
 class StopLimit:
-    """How long the stop of this process may take. Thread-safe."""
+    """Limits how long the stop of this process takes. Thread-safe."""
 
     def __init__(self) -> None:
         self._progress_s = 0.0

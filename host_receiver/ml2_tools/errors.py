@@ -1,6 +1,7 @@
 """The exceptions that tools raise for reasons outside their own code.
 
 ReceiverError
+├── MessagesError     a message type without a description, or one that has no class
 ├── ExportError       nothing to export, or not in that format
 ├── LatencyError      nothing to measure, or no plot of it
 ├── EvaluationError   a recording or images that give no trajectory
@@ -9,6 +10,10 @@ ReceiverError
 """
 
 from ml2_receiver.errors import ReceiverError
+
+
+class MessagesError(ReceiverError):
+    """A message type has no description here, or no class can be made of it."""
 
 
 class ExportError(ReceiverError):

@@ -3,7 +3,8 @@
 It is the program `adb` of a test; its folder ADB_STAND_IN has `state.json`, `words` with a line for
 each call, and `calls` with the same, but what the headset's shell reads from standard input stands
 there as a word. Words behind `shell` are joined by spaces and split again by the headset's shell,
-as adb does it.
+as adb does it. Android's log has the app's answers, and in `warnings` of the state what the library
+says.
 """
 
 import json
@@ -16,8 +17,22 @@ from typing import Any, NoReturn
 
 APP = "dev.ml2sensors.app"
 PERMISSIONS = ("android.permission.CAMERA", "com.magicleap.permission.DEPTH_CAMERA")
-# What the app's own test says it answers.
+# Answers of the app, checked by its own test.
 STATUS = Path(__file__).parents[2] / "ml2-sensors-aar/app/src/test/resources/status.jsonl"
+SERIAL = "G5A0STANDIN"
+# The lines of the state that logcat shows, by its format and filter.
+LOGS = {"raw -s ml2-sensors:I": "log", "time -s ml2s": "warnings"}
+
+
+def installed(folder: Path, **state: Any) -> dict[str, str]:
+    """Makes the program in `folder`; returns the variables with which it is the user's adb."""
+    program = folder / "bin" / "adb"
+    program.parent.mkdir()
+    words = shlex.join((sys.executable, __file__))
+    program.write_text(f'#!/bin/sh\nexec {words} "$@"\n')
+    program.chmod(0o755)
+    (folder / "state.json").write_text(json.dumps(state))
+    return {"ADB_STAND_IN": str(folder), "PATH": f"{program.parent}:{os.environ['PATH']}"}
 
 
 class Headset:
@@ -87,8 +102,11 @@ def main(words: list[str]) -> None:
             headset.install(apk)
         case ["reverse", here, there]:
             assert {here[:4], there[:4]} == {"tcp:"}
-        case ["logcat", "-d", "-v", "raw", "-s", "ml2-sensors:I"]:
-            print("--------- beginning of main", *headset.state.get("log", ()), sep="\n")
+        case ["get-serialno"]:
+            print(SERIAL)
+        case ["logcat", "-d", "-v", *rest] if " ".join(rest) in LOGS:
+            lines = headset.state.get(LOGS[" ".join(rest)], ())
+            print("--------- beginning of main", *lines, sep="\n")
         case ["shell", *rest]:
             match shlex.split(" ".join(rest)):
                 case ["pm", "grant", package, permission]:

@@ -98,7 +98,7 @@ class Mcap:
 
     @property
     def index(self) -> Any:
-        """Of the chunks that are written."""
+        """The index of the written chunks."""
         return self._writer._Writer__chunk_indices  # type: ignore[attr-defined]
 
     def flush(self) -> None:
@@ -222,7 +222,7 @@ def _one_file(**options: Any) -> Callable[[Path, Rows], None]:
     return lambda folder, rows: write(folder / "walk_0.mcap", rows, **options)
 
 
-# How to write rows into a folder, so that a careful reader finds each of them once.
+# Functions that write rows into a folder, so that a careful reader finds each of them once.
 FORMS: dict[str, Callable[[Path, Rows], None]] = {
     "zstd": _one_file(compression=CompressionType.ZSTD),
     "lz4": _one_file(compression=CompressionType.LZ4),

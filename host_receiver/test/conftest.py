@@ -18,14 +18,14 @@ from ros_processes import Client, Receiver, environment
 from secure_receiver import PATIENT, OpenLab, SecureReceiver
 from zenoh_peers import free_endpoint, open_router
 
-# How long a busy machine takes to make up data proves nothing about what is tested with it.
+# A busy machine draws data slowly, which proves nothing about the code under test.
 settings.register_profile(
     "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("any machine")
 
 
-# What a module uses that starts processes or ROS.
+# A module that imports one of these starts processes or ROS.
 _SLOW = {
     "adb_stand_in",
     "rclpy",
@@ -91,6 +91,17 @@ def device(receiver: Receiver) -> Iterator[MockDevice]:
     with MockDevice(receiver.address, says_ping=True) as device:
         device.start()
         yield device
+
+
+@pytest.fixture
+def app(config: Path) -> Iterator[MockDevice]:
+    """A headset whose app may do what the module's CONFIG allows, which was let run."""
+    with (
+        Receiver(config, "--insecure-control") as receiver,
+        MockDevice(receiver.address, says_ping=True, has_ros=True) as app,
+    ):
+        app.start()
+        yield app
 
 
 @pytest.fixture(scope="session")

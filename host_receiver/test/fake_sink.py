@@ -81,11 +81,12 @@ class FakeSink:
 class FakeGraph:
     """Opens every name, and keeps what comes; `bulk` decides the lane.
 
-    `queues` has the subscriptions by id.
+    `queues` has the subscriptions by id, `remapped` the names that have another one.
     """
 
     def __init__(self, rules: AppRules = _NOTHING) -> None:
         self.rules = rules
+        self.remapped: dict[str, str] = {}
         self.closed: list[int] = []
         self.received_numbers: list[tuple[int, int]] = []
         self.queues: dict[int, SubscriptionQueue] = {}
@@ -94,7 +95,7 @@ class FakeGraph:
         name = wanted.name or ""
         if " " in name:
             raise ValueError(f"{name!r} is no name")
-        return name
+        return self.remapped.get(name, name)
 
     def open(self, wanted: Open, name: str, downlink: Downlink) -> Opened:
         if wanted.kind != "subscription":

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ml2_tools.calibration.imu import HeadPoses, Samples, UnitMotion
+from ml2_tools.calibration.motion import HeadPoses, Samples, UnitMotion
 
 type Floats = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ _GRAVITY = np.array([0.0, 0.0, -9.80665])
 
 @dataclass(frozen=True)
 class TrueMount:
-    """How a unit was drawn to be mounted; units as of Estimate."""
+    """The true mount of a unit, drawn at random; units as of Estimate."""
 
     rotation: Rotation
     translation_m: Floats
@@ -95,7 +95,7 @@ class HeadMotion:
         return np.asarray(turned.as_rotvec() / (2 * step_s))
 
     def _acceleration(self, at_s: Floats, step_s: float = 1e-3) -> Floats:
-        """Of the unit, in the world."""
+        """Returns the acceleration of the unit, in the world."""
         before, now, after = (
             self.positions(it) + self.rotations(it).apply(self.mount.translation_m)
             for it in (at_s - step_s, at_s, at_s + step_s)

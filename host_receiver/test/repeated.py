@@ -4,6 +4,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from mock_device import MockDevice
+
 
 @contextmanager
 def repeated(work: Callable[[], None], pause_s: float) -> Iterator[None]:
@@ -21,3 +23,19 @@ def repeated(work: Callable[[], None], pause_s: float) -> Iterator[None]:
     finally:
         ended.set()
         thread.join()
+
+
+def connected(device: MockDevice, publish: Callable[[], None]) -> Callable[[], None]:
+    """As `publish`, but connects the device again if its session has ended.
+
+    A receiver ends it when the machine stands still for longer than it waits for silent devices.
+    """
+
+    def again() -> None:
+        try:
+            publish()
+        except OSError:
+            device.disconnect()
+            device.start()
+
+    return again

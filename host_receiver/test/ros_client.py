@@ -7,6 +7,7 @@ import json
 import os
 import signal
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import rclpy
@@ -26,12 +27,30 @@ from waiting import LIMIT_S
 _RECEIVER = "/ml2_receiver"
 
 
+def await_heard(node: Node, is_done: Callable[[Any, float], bool]) -> None:
+    """Waits until the receiver knows all clients of a node: before, an answer may be lost.
+
+    It hears of them in their order, so it knows all when it answers the newest.
+
+    Args:
+        is_done: waits for a future, for so many seconds at most.
+    """
+    newest = node.create_client(GetParameters, f"{_RECEIVER}/get_parameters")
+    assert newest.wait_for_service(LIMIT_S)
+    for _ in range(int(LIMIT_S)):
+        answer = newest.call_async(GetParameters.Request())
+        if is_done(answer, 1):
+            break
+    node.destroy_client(newest)
+    assert answer.done()
+
+
 class Client:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._parameters = AsyncParameterClient(node, _RECEIVER)
         assert self._parameters.wait_for_services(LIMIT_S)
-        self._await_heard()
+        await_heard(node, self._is_done)
 
     def set(self, values: dict[str, Any]) -> Any:
         """One parameter after the other, as `ros2 param set`."""
@@ -90,23 +109,12 @@ class Client:
     def _answer(self, type: Any, name: str, request: Any) -> Any:
         client = self._node.create_client(type, name)
         assert client.wait_for_service(LIMIT_S)
-        self._await_heard()
+        await_heard(self._node, self._is_done)
         return self._await(client.call_async(request))
 
-    def _await_heard(self) -> None:
-        """Waits until the receiver knows all clients of this node: before, an answer may be lost.
-
-        It hears of them in their order, so it knows all when it answers the newest.
-        """
-        newest = self._node.create_client(GetParameters, f"{_RECEIVER}/get_parameters")
-        assert newest.wait_for_service(LIMIT_S)
-        for _ in range(int(LIMIT_S)):
-            answer = newest.call_async(GetParameters.Request())
-            rclpy.spin_until_future_complete(self._node, answer, timeout_sec=1)
-            if answer.done():
-                break
-        self._node.destroy_client(newest)
-        assert answer.done()
+    def _is_done(self, future: Any, timeout_s: float) -> bool:
+        rclpy.spin_until_future_complete(self._node, future, timeout_sec=timeout_s)
+        return bool(future.done())
 
     def _await(self, future: Any) -> Any:
         rclpy.spin_until_future_complete(self._node, future, timeout_sec=LIMIT_S)

@@ -8,7 +8,7 @@ from typing import Any
 from fake_sink import FakeSink
 from ml2_receiver.configuration.app_rules import AppRules
 from ml2_receiver.errors import ProtocolError, PublishError
-from ml2_receiver.session.actions import Close, Ending, Log, Open, Send, SessionEnded
+from ml2_receiver.session.actions import Close, Ending, EndWill, Log, Open, Send, SessionEnded
 from ml2_receiver.session.connection import Connection
 from ml2_receiver.session.event_limit import event_limits
 from ml2_receiver.session.graph import Graph
@@ -104,7 +104,9 @@ class Scene:
         self.actions: list[Send | Close] = []
         self.desired = DesiredStreams(REQUEST, is_paused, (), excluded, link)
         settings = ReceiverSettings("host", "test", excluded=excluded)
-        self.host = Host(replace(settings, app=lambda: app or AppRules(), graph=graph))
+        self.app = app or AppRules()
+        self._ros = True if graph else None
+        self.host = Host(replace(settings, app=lambda: self.app, graph=graph))
         self._limits = event_limits(self.sink.event, lambda: self.now_s)
         self.welcome: Welcome
         self.control: Connection
@@ -120,6 +122,8 @@ class Scene:
                         route.publish = self.sink.open(topic)
                     except PublishError as refusal:
                         self.host.topic_refused(action, str(refusal), self.now_s)
+                case EndWill(will):
+                    will.close()
                 case Applied() as applied:
                     self.sink.configured(applied)
                 case SessionEnded(report):
@@ -198,7 +202,7 @@ class Scene:
 
     def greet(self, greeting: Hello | None = None) -> Connection:
         connection = self.connect()
-        self.receive(connection, Kind.HELLO, greeting or hello())
+        self.receive(connection, Kind.HELLO, greeting or hello(ros=self._ros))
         return connection
 
     def begin(self, greeting: Hello | None = None) -> None:

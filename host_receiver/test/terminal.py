@@ -16,7 +16,7 @@ _COLOURS = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
 
 
 def plain(shown: bytes) -> str:
-    """What was shown, without its colours."""
+    """Returns the shown text without its colours."""
     return _COLOURS.sub(b"", shown).decode()
 
 

@@ -12,7 +12,7 @@ PAIRS = 100_000
 
 
 def by_trying_all(rule: list[str], name: list[str]) -> bool:
-    """What rules mean, in the words of their definition."""
+    """Returns True if a name matches a rule, by the words of the definition."""
     if not rule:
         return not name
     if rule[0] == "**":

@@ -1,4 +1,4 @@
-"""Which files and messages belong to a recording, and what is said of all others."""
+"""Tests which files and messages belong to a recording, and what is said of all others."""
 
 from __future__ import annotations
 

@@ -47,13 +47,8 @@ class Adb:
 
 @pytest.fixture
 def adb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Adb:
-    program = tmp_path / "bin" / "adb"
-    program.parent.mkdir()
-    words = shlex.join((sys.executable, adb_stand_in.__file__))
-    program.write_text(f'#!/bin/sh\nexec {words} "$@"\n')
-    program.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{program.parent}:/usr/bin:/bin")
-    monkeypatch.setenv("ADB_STAND_IN", str(tmp_path))
+    for name, value in adb_stand_in.installed(tmp_path).items():
+        monkeypatch.setenv(name, value)
     return Adb(tmp_path)
 
 

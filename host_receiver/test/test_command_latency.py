@@ -44,7 +44,7 @@ def latency(*options: str) -> Child:
 
 
 def cells(child: Child) -> list[str]:
-    """Those of the row of the battery."""
+    """Returns the cells of the row of the battery."""
     while True:
         found = child.line().split()
         if found[:1] == ["battery"]:

@@ -101,7 +101,8 @@ def test_strangers_do_not_make_the_code_scroll_away(tmp_path: Path, keys: Path) 
                     other.recv(100)
         assert device.pair()[0] == PAIRED
         assert pairing.wait() == 0
-    assert "no TLS connection" in pairing.errors[1]
+    # The first stranger may come before how long the code is valid is said
+    assert any("no TLS connection" in line for line in pairing.errors[:2])
     assert len(pairing.errors) < 25
 
 

@@ -18,7 +18,7 @@ from ml2_tools.products.product import Shared, all_products
 TABLE = load_table()
 MADE = {topic: type for it in all_products(Shared()) for topic, type in it.types.items()}
 SENT = {topic.name: topic.type for it in TABLE.streams.values() for topic in it.topics}
-# What each display of RViz's own plugins shows; an Image takes the transport from the topic's name.
+# The types that RViz's own displays show; an Image takes the transport from the topic's name.
 TYPES = {
     "rviz_default_plugins/Image": {"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"},
     "rviz_default_plugins/PointCloud2": {"sensor_msgs/msg/PointCloud2"},
@@ -50,7 +50,7 @@ def shown(manager: Any, *, is_on: bool = False) -> dict[str, str]:
 
 
 def needs(text: str) -> dict[str, str]:
-    """What is said of each display."""
+    """Returns the words about each display, by its name."""
     return dict(re.split(r" +needs | +(?=is on)", it) for it in text.splitlines()[3:])
 
 

@@ -18,7 +18,7 @@ import pytest
 
 from configurations import only
 from mock_device import MockDevice
-from repeated import repeated
+from repeated import connected, repeated
 from ros_processes import Child, Receiver, environment
 from waiting import GRACE_S, LIMIT_S
 
@@ -59,6 +59,7 @@ BRIEF = (
     "export --bag BAG --cameras world_left --kalibr NEW",
     "headset status",
     "inspect BAG",
+    "messages std_msgs --language kotlin --out NEW",
     "rviz --out NEW",
     "set battery.enabled=true",
     "unpair nobody",
@@ -97,7 +98,7 @@ def publishing(device: MockDevice) -> AbstractContextManager[None]:
         payload = b"\x00\x01\x00\x00" + stamp + bytes(200)
         device.publish("battery", payload, capture_ns=now_ns, send_ns=now_ns)
 
-    return repeated(publish, 0.02)
+    return repeated(connected(device, publish), 0.02)
 
 
 @pytest.fixture(scope="module")
@@ -174,7 +175,9 @@ def hang(frame, event, _):
     if event == "call" and "/ml2_" in file and "/commands/" not in file and is_parsed:
         sys.setprofile(None)
         print("hangs", flush=True)
-        forever.acquire()
+        # A signal that comes just before the call is heard only after it
+        while not forever.acquire(timeout=1):
+            pass
 
 def command_line(arguments, real=cli.command_line):
     parser = real(arguments)
@@ -301,10 +304,10 @@ UNREAD = """
 import signal, subprocess, sys
 ready, *command = sys.argv[1:]
 child = subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE, text=True)
-while ready not in child.stdout.readline():
-    pass
-child.stdout.close()
 signal.signal(signal.SIGINT, lambda *_: child.send_signal(signal.SIGINT))
+if not any(ready in line for line in child.stdout):
+    sys.exit(f"it ended without {ready}")
+child.stdout.close()
 print("closed", flush=True)
 sys.exit(child.wait() % 256 if child.wait() >= 0 else 141)
 """

@@ -21,6 +21,8 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 CONFIG = only("battery: {enabled: true}, world_left: {enabled: true}")
 BATTERY = "/magic_leap2/battery"
 IMAGE = "/magic_leap2/world_left/image_raw"
+WAITING = "waiting: no message has come yet"
+SILENT = r"silent: nothing has come for \d+ s,.*"
 
 
 def command(*arguments: str) -> Child:
@@ -52,8 +54,9 @@ def test_topics_have_their_counts_rates_and_losses(device: MockDevice) -> None:
     assert (topics[BATTERY]["stream"], topics[BATTERY]["stream_state"]) == ("battery", "running")
     camera = topics[IMAGE]
     assert (camera["expected_hz"], camera["received"]) == (30, 0)
-    assert camera["stream_state"] == "waiting"
-    assert camera["state"] == "waiting: no message has come yet"
+    # On a busy machine the camera may be silent by then
+    assert camera["stream_state"] in ("waiting", "silent")
+    assert re.fullmatch(f"{WAITING}|{SILENT}", camera["state"])
 
 
 def test_the_table_has_an_expected_rate_or_as_delivered(device: MockDevice) -> None:
@@ -61,10 +64,8 @@ def test_the_table_has_an_expected_rate_or_as_delivered(device: MockDevice) -> N
         rows = {topic: line_with(child, f" {topic} ") for topic in (IMAGE, BATTERY)}
     assert "30" in rows[IMAGE].split()
     assert "as delivered" in rows[BATTERY]
-    waiting = "waiting: no message has come yet"
-    assert rows[BATTERY].rstrip().endswith(waiting)
-    # On a busy machine the camera may be silent by then
-    assert re.search(rf"({waiting}|silent: nothing has come for \d+ s,.*)\s*$", rows[IMAGE])
+    assert rows[BATTERY].rstrip().endswith(WAITING)
+    assert re.search(rf"({WAITING}|{SILENT})\s*$", rows[IMAGE])
 
 
 def test_80_columns_have_rate_losses_and_latency(device: MockDevice) -> None:

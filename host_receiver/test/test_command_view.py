@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, suppress
@@ -20,7 +21,7 @@ from ml2_receiver.configuration.config import load_config
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
 from mock_device import MockDevice
-from repeated import repeated
+from repeated import connected, repeated
 from ros_processes import Child, Client, Receiver
 from test_command_pair import Device
 from test_pairing_listener import PAIRED
@@ -95,7 +96,7 @@ def publishing(device: MockDevice) -> AbstractContextManager[None]:
         for topic, make in MADE.items():
             device.publish(topic, make(number))
 
-    return repeated(publish, 0.05)
+    return repeated(connected(device, publish), 0.05)
 
 
 def test_a_browser_sees_the_state_and_images_that_change(watched: View) -> None:
@@ -123,6 +124,11 @@ def test_a_browser_sees_the_state_and_images_that_change(watched: View) -> None:
     facts = {it["name"]: it["text"] for it in state["facts"]}
     assert facts["headset"] == "device name, connected"
     assert facts["security"].startswith("insecure")
+
+
+def test_it_gives_way_to_the_receiver(watched: View) -> None:
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    assert os.getpriority(os.PRIO_PROCESS, watched.process.pid) == min(own + 5, 19)
 
 
 def test_depth_comes_in_colours_with_a_scale(watched: View) -> None:

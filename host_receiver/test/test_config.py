@@ -1,4 +1,5 @@
 import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -7,13 +8,15 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from configurations import only_config
+from configurations import only, only_config
 from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.configuration.config import Config, load_config, parse_config
+from ml2_receiver.configuration.settings import Settings
 from ml2_receiver.errors import ConfigError, Problem
 from ml2_receiver.wire.messages import Link
 
 ROOT = Path(__file__).resolve().parents[2]
+MIXED = "{enabled: true, stream: 1, resolution_width: 1440, resolution_height: 1080}"
 THESIS = Path(__file__).parent / "data/thesis_config.yaml"
 
 # Legal picture_center values, from the specification: stream, rates, resolutions.
@@ -108,7 +111,9 @@ def test_the_short_file_of_the_readme_means_compressed_images_and_inertial_units
 def test_the_demo_file_starts_everything_that_goes_together() -> None:
     requests = load_config(ROOT / "config/demo.yaml").requests
     table = yaml.safe_load((ROOT / "config/streams.yaml").read_text("utf-8"))
-    assert set(table["streams"]) - set(requests) == {"mixed_reality", "infra", "custom"}
+    assert set(table["streams"]) - set(requests) == {
+        *("mixed_reality", "infra", "custom", "markers", "map"),
+    }
     assert requests["color"]["resolution_height"] == 1080
     assert requests["depth"]["format"] == "depth16"
     assert requests["world_left"]["format"] == requests["eye_nasal_left"]["format"] == "jpeg"
@@ -323,6 +328,20 @@ def test_an_app_may_use_the_names_that_the_file_lists_and_by_default_none() -> N
     assert parse({"battery": {"enabled": True}}).app == AppRules()
 
 
+def test_an_app_offers_services_below_its_own_names_without_a_rule() -> None:
+    file = {"custom": {"enabled": True}, "app": {"offer": "/robot/stop"}}
+    for receiver, prefix in (("", "/magic_leap2"), ("robot1", "/robot1/magic_leap2")):
+        rules = replace(parse(file), name=receiver).app
+        for name in ("/robot/stop", f"{prefix}/custom/stop", f"{prefix}/custom/arm/stop"):
+            assert rules.forbidden("service", name) is None
+        for tail in ("stop", "customs/stop", "custom/_stop", "world_left/custom/stop"):
+            name = f"{prefix}/{tail}"
+            assert rules.forbidden("service", name) == f"no rule in app.offer has {name}"
+        for kind in ("subscription", "publisher", "client"):
+            assert rules.forbidden(kind, f"{prefix}/custom/stop") is not None
+    assert parse({"app": {"offer": "/a"}}).app.forbidden("service", "/magic_leap2/custom/stop")
+
+
 @pytest.mark.parametrize(
     "names", [["robot"], ["/two words"], [1], [["/a"]], ["/a/b*"], {"a": "/b"}, ["/a"] * 65, "a"]
 )
@@ -408,6 +427,11 @@ LINKS = "auto, fixed, or a number of Mbit/s above 0"
         ("picture_center: {camera_id: 2}", "picture_center.camera_id", "2", "0, 1"),
         ("picture_center: {camera_id: true}", "picture_center.camera_id", "true", "0, 1"),
         ('picture_center: {camera_id: "1"}', "picture_center.camera_id", '"1"', "0, 1"),
+        ("markers: {type: aruco, dictionary: 36h11}", "markers.dictionary", "36h11", "5X5_100"),
+        ("markers: {type: aruco}", "markers.dictionary", "36h11 (the default)", "5X5_100"),
+        ("markers: {dictionary: 5X5_100}", "markers.dictionary", "5X5_100", "36h10, 36h11 with"),
+        ("markers: {size_m: 0}", "markers.size_m", "0", "least 0.01"),
+        (f"map: {{localize: {'é' * 32}}}", "map.localize", "é" * 32, "63 bytes in one line"),
         ("<<: {a: b}", "<<", "b", "gaze"),
     ],
 )
@@ -417,6 +441,24 @@ def test_a_wrong_value_is_one_error_with_key_value_line_and_what_is_allowed(
     problem = wrong(section)
     assert (problem.key, problem.value) == (key, value)
     assert allowed in problem.message
+
+
+def test_markers_beside_the_camera_that_excludes_them_name_the_one_that_does_not() -> None:
+    (problem,) = problems(only("picture_center: {enabled: true}, markers: {enabled: true}"))
+    assert (problem.line, problem.key, problem.value) == (6, "markers.enabled", "true")
+    assert "give picture_center.camera_id 0" in problem.message
+    settings = Settings.of(only_config("markers: {enabled: true}"))
+    with pytest.raises(ConfigError, match=r"give picture_center\.camera_id 0"):
+        settings.changed({"picture_center.enabled": True})
+
+
+@pytest.mark.parametrize(
+    "camera",
+    ["{enabled: true, camera_id: 0}", "{enabled: true, backend: openxr}", "{}", MIXED],
+)
+def test_markers_go_with_the_cameras_that_do_not_exclude_them(camera: str) -> None:
+    sections = f"markers: {{enabled: true, type: qr}}, picture_center: {camera}"
+    assert only_config(sections).requests["markers"]["type"] == "qr"
 
 
 @pytest.mark.parametrize("yes", ["true", "True", "yes", "on"])

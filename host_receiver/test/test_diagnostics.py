@@ -1,5 +1,6 @@
 """Rows of diagnostics: the session, its clock, and the numbers of topics and link."""
 
+from collections import Counter
 from dataclasses import replace
 from typing import Any
 
@@ -7,7 +8,7 @@ import pytest
 
 from diagnostics_scene import MS, SENT_ALL, Watch
 from ml2_receiver.session.link_tests import LinkTestResult
-from ml2_receiver.session.report import State
+from ml2_receiver.session.report import CallsReport, OpeningsReport, State
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.diagnostics import Level, Row
 from ml2_receiver.wire.frame import MAGIC, VERSION, Header
@@ -18,6 +19,7 @@ from ml2_receiver.wire.messages import (
     StreamAnswer,
     Thermal,
 )
+from ml2_receiver.wire.opening_bodies import CallStatus
 
 
 @pytest.fixture
@@ -43,6 +45,40 @@ def test_the_session_has_a_row(watch: Watch) -> None:
         "software": "",
         "capabilities": "",
     }
+
+
+def test_services_of_the_app_have_rows_with_the_counts_of_both_sides(watch: Watch) -> None:
+    counts = Counter({Kind.REQUEST: 4, Kind.RESPONSE: 2, Kind.FAILURE: 1})
+    device = CallStatus(9, 5, {"cancelled": 1, "link_down": 2})
+    client = CallsReport(3, "client", "/pause", "std_srvs/srv/SetBool", counts, device)
+    service = CallsReport(4, "service", "/on", "std_srvs/srv/Trigger", Counter(), None)
+    rows = watch.rows(watch.report(openings=OpeningsReport(calls=[client, service])))
+    assert [(row.name, row.values) for row in rows[-2:]] == [
+        (
+            "client /pause",
+            {
+                "id": "3",
+                "service_type": "std_srvs/srv/SetBool",
+                "requests": "4",
+                "responses": "2",
+                "failures": "1",
+                "app.requests": "9",
+                "app.responses": "5",
+                "app.failures.cancelled": "1",
+                "app.failures.link_down": "2",
+            },
+        ),
+        (
+            "service /on",
+            {
+                "id": "4",
+                "service_type": "std_srvs/srv/Trigger",
+                "requests": "0",
+                "responses": "0",
+                "failures": "0",
+            },
+        ),
+    ]
 
 
 @pytest.mark.parametrize(

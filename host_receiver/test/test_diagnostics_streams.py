@@ -1,4 +1,4 @@
-"""How diagnostics judge streams: running, silent, paused, lowered for the link."""
+"""Tests how diagnostics judge streams: running, silent, paused, lowered for the link."""
 
 from dataclasses import replace
 from typing import Any

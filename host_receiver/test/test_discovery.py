@@ -29,7 +29,7 @@ from waiting import LIMIT_S
 
 LOOPBACK = ["127.0.0.1"]
 GROUP = ("224.0.0.251", 5353)
-# How often zeroconf says what is new; the first time twice.
+# The number of announcements of a new name by zeroconf; it sends the first one twice.
 ANNOUNCEMENTS = 4
 # An announcement takes 2.4 s; a responder says one record once a second at most.
 LOOK_S = 1.2
@@ -165,7 +165,7 @@ def test_a_name_that_is_taken_gets_a_number() -> None:
 
 
 def test_a_name_that_has_just_been_announced_is_taken_too() -> None:
-    """Those that have just said it do not say it again at once."""
+    """A responder that has just announced a record does not repeat it at once."""
     quick, other = own("quick"), own("quick") + "-2"
     with overheard() as packets, announced(quick, 7009):
         said = 0

@@ -1,4 +1,4 @@
-"""What `doctor` says of losses and latencies, by rows of /diagnostics."""
+"""Tests the findings of `doctor` on losses and latencies, by rows of /diagnostics."""
 
 import pytest
 

@@ -341,7 +341,7 @@ def test_what_cannot_be_exported_is_said_in_one_line(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ([], "expected --kalibr FOLDER or --euroc FOLDER, found neither"),
+        ([], "expected --kalibr, --euroc or --tum FOLDER, found none"),
         (["--euroc", "x"], "--euroc needs a recording: name it with --bag"),
         (["--euroc", "x", "--bag", "/nowhere"], "cannot read /nowhere"),
     ],

@@ -15,12 +15,14 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import CameraInfo, CompressedImage
+from sensor_msgs.msg import CameraInfo, CompressedImage, Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from camera_messages import camera_info, stamped, transform_of
 from ml2_receiver.cli import main
+from ml2_receiver.configuration.mounts import save_mounts
+from test_export_euroc import MOUNT, OPTIONS
 
 PREFIX = "/export_test"
 CAMERAS = ("world_left", "world_right")
@@ -50,6 +52,7 @@ class RigHeadset:
             camera: self._headset.create_publisher(CameraInfo, f"{PREFIX}/{camera}/camera_info", 5)
             for camera in CAMERAS
         }
+        self._samples = self._headset.create_publisher(Imu, f"{PREFIX}/imu_left/imu", 200)
         # The headset compresses the images of one camera.
         self._images = self._headset.create_publisher(
             CompressedImage, f"{PREFIX}/world_left/image_raw/compressed", 5
@@ -64,7 +67,7 @@ class RigHeadset:
     def _say_config(self) -> object:
         publisher = self._headset.create_publisher(String, f"{PREFIX}/config", _LATCHED)
         streams = {camera: {"topics": ["some"]} for camera in CAMERAS}
-        publisher.publish(String(data=json.dumps({"streams": streams})))
+        publisher.publish(String(data=json.dumps({"streams": streams, "device_id": "one"})))
         return publisher
 
     def _stand(self, node: Node, parent: str, child: str, x: float) -> object:
@@ -77,6 +80,7 @@ class RigHeadset:
         world = stamped("magicleap_world", self._second * 10**9)
         head = transform_of(world, "head_frame", (3, 0, 0))
         self._heads.publish(TFMessage(transforms=[head]))
+        self._samples.publish(Imu(header=world))
         for camera, publisher in self._infos.items():
             frame = stamped(f"{camera}_optical_frame")
             publisher.publish(camera_info(frame, (640, 480), "equidistant", LENS, MATRIX))
@@ -134,3 +138,21 @@ def test_remapped_topics_are_followed(
     chain = yaml.safe_load((tmp_path / "camchain.yaml").read_text())
     assert np.array(chain["cam1"]["T_cn_cnm1"])[0, 3] == pytest.approx(-BASELINE_M)
     assert chain["cam0"]["rostopic"].endswith("/compressed")
+
+
+@pytest.mark.parametrize("cameras", [CAMERAS, CAMERAS[1:]])
+def test_a_calibrated_imu_of_a_running_headset_is_exported(
+    cameras: tuple[str, ...],
+    headset: RigHeadset,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "home"))
+    save_mounts({"one": {"imu_left": MOUNT}})
+    words = ["--prefix", PREFIX, "--imu", "imu_left", *OPTIONS, "--cameras", *cameras]
+    assert main(["export", "--kalibr", str(tmp_path / "out"), *words]) == 0
+    chain = yaml.safe_load((tmp_path / "out/camchain.yaml").read_text())
+    for number, camera in enumerate(cameras):
+        camera_of_imu = np.array(chain[f"cam{number}"]["T_cam_imu"]) @ [0, 0, 0, 1]
+        place = np.subtract(MOUNT.translation_m, (BASELINE_M * CAMERAS.index(camera), 0, 0))
+        assert camera_of_imu == pytest.approx([*place, 1])

@@ -50,6 +50,7 @@ def test_generated_files_are_current() -> None:
             {f"{KOTLIN}/table/generated/StreamTable.kt", "docs/configuration.md"},
         ),
         ("config/streams.yaml", "doc: Joints", "doc: All joints", {"docs/configuration.md"}),
+        ("config/facts.yaml", "equidistant k1-k4", "another", {"docs/unconfirmed.md"}),
         (
             "pom.xml",
             "<revision>",
@@ -83,3 +84,20 @@ def test_a_stream_without_a_name_for_people_is_not_generated(copy: Path) -> None
     result = check(copy)
     assert result.returncode == 1
     assert "expected a row for humidity in _NAMES of config/sensor_table.py" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("world_left.calibration", "world_left.lens", "the configuration has no world_left.lens"),
+        ("stage: attended", "stage: soon", "soon is none of"),
+    ],
+)
+def test_a_fact_with_an_unknown_key_or_stage_is_not_generated(
+    copy: Path, old: str, new: str, reason: str
+) -> None:
+    facts = copy / "config/facts.yaml"
+    facts.write_text(facts.read_text().replace(old, new, 1))
+    result = check(copy)
+    assert result.returncode == 1
+    assert reason in result.stderr

@@ -10,7 +10,8 @@ import pytest
 
 from head_motion import HeadMotion
 from ml2_receiver.errors import CalibrationError
-from ml2_tools.calibration.imu import Samples, estimate_mount
+from ml2_tools.calibration.imu import estimate_mount
+from ml2_tools.calibration.motion import Samples
 
 _DURATION_S = 23.0
 

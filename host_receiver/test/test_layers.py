@@ -18,8 +18,8 @@ LAYERS = {
     ),
     "ml2_tools": (
         "errors", "geometry", "images", "bags", "live", "monitoring", "headset", "doctor",
-        "calibration", "export", "inspection", "products", "evaluation", "playback",
-        "compatibility", "viewing", "commands",
+        "calibration", "inspection", "selftest", "products", "evaluation", "export",
+        "playback", "compatibility", "viewing", "messages", "commands",
     ),
 }  # fmt: skip
 # Modules of the driver that the toolbox may use; a name stands for all below it.
@@ -82,6 +82,15 @@ def layer(module: str) -> str:
 def test_every_module_is_in_a_layer(top: str) -> None:
     found = {layer(module) for module in modules(top)} - {"__init__"}
     assert found == set(LAYERS[top])
+
+
+@pytest.mark.parametrize("top", LAYERS)
+def test_each_package_says_what_it_is_for(top: str) -> None:
+    files = [ROOT / top / name / "__init__.py" for name in LAYERS[top]]
+    silent = [
+        it for it in files if it.exists() and not ast.get_docstring(ast.parse(it.read_text()))
+    ]
+    assert silent == []
 
 
 @pytest.mark.parametrize("top", LAYERS)

@@ -25,9 +25,6 @@ from ml2_receiver.wire.messages import (
     Joined,
     Link,
     LinkTest,
-    Pair,
-    PairChallenge,
-    Paired,
     PeerLimits,
     Start,
     Status,
@@ -36,6 +33,7 @@ from ml2_receiver.wire.messages import (
     Timeouts,
     Welcome,
 )
+from ml2_receiver.wire.pairing_bodies import Pair, PairChallenge, Paired
 
 BODIES: list[JsonBody] = [
     Hello([1, 2], "id", "run", "Zoë \U0001f97d", "app", Capabilities(["tf"]), {"CAMERA": True}),

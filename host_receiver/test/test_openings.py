@@ -1,4 +1,4 @@
-"""What an app may open, and what comes of its frames; tests/conformance has the malformed ones."""
+"""Tests the openings of apps and their frames; tests/conformance has the malformed ones."""
 
 import random
 import socket
@@ -22,7 +22,8 @@ from ml2_receiver.transport.transport import PlainTransport
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, FrameParser, Header
 from ml2_receiver.wire.json_body import JsonBody
 from ml2_receiver.wire.kinds import BULK_LANES, ROS, ROS_LANES, Kind, Side
-from ml2_receiver.wire.opening_bodies import Close, Closed, Failure, Open, Opened
+from ml2_receiver.wire.messages import ClockStatus, Status
+from ml2_receiver.wire.opening_bodies import CallStatus, Close, Closed, Failure, Open, Opened
 from waiting import LIMIT_S, await_true
 
 ANY = NameRules(("/**",))
@@ -169,6 +170,28 @@ def test_64_requests_of_all_clients_are_under_way_at_most(
     openings.begins(Kind.RESPONSE, CLIENT, 0)
     assert openings.received("ros", frame(Kind.REQUEST, 14, 99, PAYLOAD, 1)) is None
     assert len(graph.received_numbers) == 65
+
+
+def test_each_request_is_counted_with_its_answer(openings: Openings) -> None:
+    for number in range(17):
+        openings.received("ros", frame(Kind.REQUEST, CLIENT, number, PAYLOAD, 1))
+        openings.begins(Kind.REQUEST, SERVICE, number)
+    openings.begins(Kind.RESPONSE, CLIENT, 0)
+    openings.begins(Kind.FAILURE, CLIENT, 1)
+    for kind, number in ((Kind.RESPONSE, 3), (Kind.RESPONSE, 3), (Kind.RESPONSE, 5)):
+        openings.received("ros", frame(kind, SERVICE, number, PAYLOAD))
+    expected = [
+        ("client", {Kind.REQUEST: 17, Kind.RESPONSE: 1, Kind.FAILURE: 2}),
+        ("service", {Kind.REQUEST: 17, Kind.RESPONSE: 2}),
+    ]
+    of_app = CallStatus(18, 1, {"busy": 2, "link_down": 15})
+    clock = ClockStatus("synchronised", -5, 6, 7)
+    status = Status(False, 1, {}, clock, calls={f"{CLIENT}": of_app})
+    for _ in range(2):
+        calls = openings.report(status).calls
+        assert [(it.kind, dict(it.counts)) for it in calls] == expected
+        assert [it.device for it in calls] == [of_app, None]
+        openings.finish()
 
 
 def test_what_is_closed_is_closed_in_the_graph_and_is_late_from_then_on(

@@ -9,7 +9,7 @@ from cryptography.hazmat.primitives.hashes import SHA256
 from ml2_receiver.errors import ErrorCode, PairingError, ProtocolError
 from ml2_receiver.pairing.pairing import Pairing
 from ml2_receiver.pairing.uri import PairingUri
-from ml2_receiver.wire.messages import Pair
+from ml2_receiver.wire.pairing_bodies import Pair
 from tls_device import Certificate
 
 FINGERPRINT = "ab" * 32

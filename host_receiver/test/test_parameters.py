@@ -26,7 +26,7 @@ CONFIG = """# mine
     other_sensors: {enabled: false}
 """
 COLOR = "picture_center"
-# What ROS alone refuses, and one value of those that test_settings.py has.
+# Values that ROS itself refuses, and one of those that test_settings.py has.
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"world_left.enabled": [True]}, "found a list"),
     ({"general.topic_name": "/other"}, "read-only"),

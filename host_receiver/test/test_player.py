@@ -1,4 +1,4 @@
-"""When messages are played, and files that are no recordings."""
+"""Tests the times at which messages are played, and files that are no recordings."""
 
 import struct
 import threading

@@ -33,7 +33,7 @@ def images(folder: Path) -> list[str]:
 
 
 def rows(is_true: Callable[[Rows], bool]) -> Rows:
-    """Those of /diagnostics, once it is so."""
+    """Returns the rows of /diagnostics once they satisfy `is_true`."""
     watch = DiagnosticsNode()
     try:
         return watch.rows("", LIMIT_S, is_true)

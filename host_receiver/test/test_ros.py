@@ -99,7 +99,7 @@ print(json.dumps([*published()]))
 
 
 def topics_under(prefix: str, awaited: set[str]) -> set[str]:
-    """Those that another node sees shortly after it sees what is awaited."""
+    """Returns the topics that another node sees shortly after it sees the awaited ones."""
     with Child("-c", TOPICS, *awaited) as child:
         return {name for name in child.object() if name.startswith(prefix)}
 

@@ -6,6 +6,7 @@ import random
 import struct
 import threading
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import count
@@ -13,11 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation, Slerp
+from pytransform3d.rotations import quaternion_slerp
+from pytransform3d.transform_manager import TransformManager
+from pytransform3d.transformations import transform_from_pq
+from scipy.spatial.transform import Rotation
 
 from configurations import only
 from mock_device import MockDevice
-from ros_processes import Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -45,19 +48,6 @@ SECOND_NS = 1_000_000_000
 LONG_NS = int(LIMIT_S) * SECOND_NS
 NOTHING = Rigid()
 ROTATIONS = Rotation.random(10_000, random_state=1).as_quat().tolist()
-
-
-@pytest.fixture
-def receiver(config: Any) -> Iterator[Receiver]:
-    with Receiver(config, "--insecure-control") as receiver:
-        yield receiver
-
-
-@pytest.fixture
-def app(receiver: Receiver) -> Iterator[MockDevice]:
-    with MockDevice(receiver.address, says_ping=True, has_ros=True) as app:
-        app.start()
-        yield app
 
 
 @pytest.fixture
@@ -104,15 +94,18 @@ def failure(app: MockDevice) -> tuple[int, str]:
     return header.sequence, Failure.parse(body).code
 
 
-def await_there(app: MockDevice, payload: bytes = TRUE, id: int = 1) -> int:
-    """Asks until the service is known, and takes the answer; returns the number that follows.
+def await_there(
+    app: MockDevice, payload: bytes = TRUE, id: int = 1, code: str | None = None
+) -> int:
+    """Asks until an answer has come, or a failure of this code; returns the number that follows.
 
-    A service whose node is not spun does not answer in time.
+    A service whose node is not spun is known with "timeout". One that is spun answers once its
+    reader and writer both know those of the client; an answer that is earlier is lost.
     """
     for number in count():
         ask(app, number, payload, SECOND_NS // 10, id)
         header, body = answer(app)
-        if header.kind == Kind.RESPONSE or Failure.parse(body).code == "timeout":
+        if header.kind == Kind.RESPONSE or Failure.parse(body).code == code:
             return number + 1
     raise AssertionError
 
@@ -174,7 +167,8 @@ def test_what_nobody_offers_is_unavailable_and_what_nobody_answers_times_out(
     for number, limit_ns in enumerate((LONG_NS, SECOND_NS // 10)):
         ask(app, number, limit_ns=limit_ns)
         assert failure(app) == (number, "unavailable")
-    number = await_there(app, id=2)
+    with answering(node):
+        number = await_there(app, id=2)
     ask(app, number, limit_ns=SECOND_NS // 10, id=2)
     assert failure(app) == (number, "timeout")
     with answering(node):  # whose late answers nobody gets
@@ -187,7 +181,7 @@ def test_a_service_that_goes_away_fails_its_requests(app: MockDevice, node: Node
     with tool_node("dying") as dying:
         offer(dying, "/dying", echo)
         app.open(client(1, "/dying"))
-        number = await_there(app)
+        number = await_there(app, code="timeout")
         ask(app, number)
     assert failure(app) == (number, "unavailable")
 
@@ -199,23 +193,24 @@ def test_a_slow_service_holds_up_no_other(app: MockDevice, node: Node) -> None:
         may_answer.wait(LIMIT_S)
         return echo(request, answer)
 
-    with tool_node("slow") as slow, answering(slow), answering(node):
+    offer(node, "/fast", echo)
+    with tool_node("slow") as slow:
         offer(slow, "/slow", slowly)
-        offer(node, "/fast", echo)
-        app.open(client(1, "/slow"))
-        app.open(client(2, "/fast"))
-        first = await_there(app, id=2)
-        may_answer.set()
-        next_slow = await_there(app)
-        may_answer.clear()
-        ask(app, next_slow)
-        for number in range(first, first + 20):
-            ask(app, number, id=2)
+        with answering(slow), answering(node):
+            app.open(client(1, "/slow"))
+            app.open(client(2, "/fast"))
+            first = await_there(app, id=2)
+            may_answer.set()
+            next_slow = await_there(app)
+            may_answer.clear()
+            ask(app, next_slow)
+            for number in range(first, first + 20):
+                ask(app, number, id=2)
+                header, _ = answer(app)
+                assert (header.kind, header.channel) == (Kind.RESPONSE, 2)
+            may_answer.set()
             header, _ = answer(app)
-            assert (header.kind, header.channel) == (Kind.RESPONSE, 2)
-        may_answer.set()
-        header, _ = answer(app)
-        assert (header.kind, header.channel) == (Kind.RESPONSE, 1)
+            assert (header.kind, header.channel) == (Kind.RESPONSE, 1)
 
 
 @pytest.mark.parametrize("payload", [CDR_ENCAPSULATION, CDR_ENCAPSULATION + b"\1"])
@@ -249,7 +244,8 @@ def test_16_requests_are_under_way_at_most_and_then_the_next_ones_are(
 ) -> None:
     offer(node, "/silent", echo)
     app.open(client(1, "/silent"))
-    first = await_there(app)
+    with answering(node):
+        first = await_there(app)
     for number in range(first, first + 17):
         ask(app, number)
     assert failure(app) == (first + 16, "busy")
@@ -266,7 +262,7 @@ def test_16_requests_are_under_way_at_most_and_then_the_next_ones_are(
 @pytest.mark.parametrize(
     ("wanted", "code", "names"),
     [
-        (client(1, "/pause", "no_srvs/srv/Such"), "type", ["no_srvs/srv/Such"]),
+        (client(1, "/pause", "no_srvs/srv/Such"), "type", ["no_srvs/srv/Such", "source its"]),
         (client(1, "/pause", "std_srvs/srv/Such"), "type", ["std_srvs/srv/Such"]),
         (client(1, "/pause", "std_msgs/msg/Bool"), "type", ["PACKAGE/srv/NAME"]),
         (client(1, "no name"), "name", ["no name"]),
@@ -281,7 +277,7 @@ def test_a_client_that_is_not_opened_is_refused_with_the_reason(
 ) -> None:
     offer(node, "/pause", echo)
     app.open(client(9, "/pause"))
-    await_there(app, id=9)
+    await_there(app, id=9, code="timeout")
     opened = app.open(wanted)
     assert (opened.result, opened.code) == ("refused", code)
     assert [it for it in names if it not in str(opened.reason)] == []
@@ -355,7 +351,7 @@ def test_transforms_that_nobody_has_open_are_not_subscribed_to(app: MockDevice, 
     await_true(lambda: node.count_subscribers("/tf") == 0)
 
 
-# The buffer of transforms; expected values are those of scipy
+# The buffer of transforms; expected values are those of pytransform3d
 
 
 def drawn(chance: random.Random) -> Rigid:
@@ -364,19 +360,22 @@ def drawn(chance: random.Random) -> Rigid:
     return Rigid((a, b, c), (x, y, z, w))
 
 
+def position_and_quaternion(transform: Rigid) -> Any:
+    x, y, z, w = transform.rotation
+    return np.array([*transform.translation, w, x, y, z])
+
+
 def matrix(transform: Rigid) -> Any:
-    made = np.eye(4)
-    made[:3, :3] = Rotation.from_quat(transform.rotation).as_matrix()
-    made[:3, 3] = transform.translation
-    return made
+    return transform_from_pq(position_and_quaternion(transform))
 
 
-def interpolated(stamps: list[int], transforms: list[Rigid], stamp_ns: int) -> Rigid:
-    slerp = Slerp(stamps, Rotation.from_quat([it.rotation for it in transforms]))
-    x, y, z, w = slerp(stamp_ns).as_quat()
-    places = np.array([it.translation for it in transforms])
-    a, b, c = (float(np.interp(stamp_ns, stamps, places[:, axis])) for axis in range(3))
-    return Rigid((a, b, c), (x, y, z, w))
+def interpolated(stamps: list[int], transforms: list[Rigid], stamp_ns: int) -> Any:
+    """The matrix at a stamp, by pytransform3d, whose quaternions begin with the real part."""
+    after = min(max(1, bisect_left(stamps, stamp_ns)), len(stamps) - 1)
+    begin, end = (position_and_quaternion(it) for it in transforms[after - 1 : after + 1])
+    share = (stamp_ns - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
+    turn = quaternion_slerp(begin[3:], end[3:], share, shortest_path=True)
+    return transform_from_pq([*(begin[:3] + share * (end[:3] - begin[:3])), *turn])
 
 
 class Edge(NamedTuple):
@@ -397,7 +396,7 @@ def tree(chance: random.Random) -> dict[str, Edge]:
     return edges
 
 
-def test_poses_in_10000_random_trees_are_those_of_scipy() -> None:
+def test_poses_in_10000_random_trees_are_those_of_pytransform3d() -> None:
     chance = random.Random(1)
     for _ in range(10_000):
         buffer, edges = TransformBuffer(), tree(chance)
@@ -408,13 +407,13 @@ def test_poses_in_10000_random_trees_are_those_of_scipy() -> None:
         chain = branch(frame, edges) ^ branch(reference, edges)
         moving = [edges[it].stamps[-1] for it in chain if not edges[it].is_static]
         newest_ns = min(moving, default=0)
-        in_root = {"0": np.eye(4)}
+        trees = TransformManager()
         for child, edge in edges.items():
-            at = edge.transforms[0]
+            at = matrix(edge.transforms[0])
             if not edge.is_static and child in chain:
                 at = interpolated(edge.stamps, edge.transforms, max(edge.stamps[0], newest_ns))
-            in_root[child] = in_root[edge.parent] @ matrix(at)
-        expected = np.linalg.inv(in_root[reference]) @ in_root[frame]
+            trees.add_transform(child, edge.parent, at)
+        expected = np.eye(4) if frame == reference else trees.get_transform(frame, reference)
         found = buffer.look_up(frame, reference)
         assert np.abs(matrix(found.pose) - expected).max() < 1e-9
         assert (found.stamp_ns, found.newest_ns) == (newest_ns, newest_ns)
@@ -462,6 +461,17 @@ def test_frames_that_nothing_connects_and_circles_have_no_pose() -> None:
         buffer.look_up("robot", "map")
     buffer.add("world", "map", 2, NOTHING, is_static=True)
     assert buffer.look_up("robot", "world").stamp_ns == 0
+
+
+def test_a_chain_is_seen_as_stale_one_period_after_one_of_its_publishers_has_stopped() -> None:
+    buffer, period_ns = TransformBuffer(), SECOND_NS // 30
+    for number in range(1, 61):
+        now_ns = number * period_ns
+        buffer.add("map", "odom", now_ns, NOTHING, is_static=False)
+        if number <= 30:
+            buffer.add("odom", "base_link", now_ns, NOTHING, is_static=False)
+        age_ns = now_ns - buffer.look_up("base_link", "map").newest_ns
+        assert (age_ns >= period_ns) == (number > 30)
 
 
 def test_what_is_no_transform_is_refused_and_counted() -> None:

@@ -126,6 +126,17 @@ def test_without_a_network_setup_says_what_to_mend(checkout: Path) -> None:
     assert errors[-1].startswith("setup: apt-get cannot read its lists of packages: mend what")
 
 
+@is_root
+def test_maven_says_that_the_disk_is_full(checkout: Path, full_disk: Path) -> None:
+    program(checkout, "mvn", "echo '[ERROR] Could not resolve dependencies' >&2; exit 7")
+    maven = checkout / "config/kotlin/maven.sh"
+    for folder, disks in ((checkout, []), (full_disk, [full_disk])):
+        code, errors = run(checkout, "sh", "-c", f"cd {folder} && {maven}")
+        assert code == 7
+        said = [f"maven: the disk of {it} has 1 MB free; make room, then try again" for it in disks]
+        assert errors[1:] == said
+
+
 def test_only_packages_of_the_asked_groups_are_installed(checkout: Path) -> None:
     for group in ("receiver", "lint", "view"):
         lack(checkout, f"package-of-{group}", group)

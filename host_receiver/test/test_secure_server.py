@@ -1,4 +1,4 @@
-"""Who is let in, and what others see of it."""
+"""Tests which headsets are let in, and what others see of it."""
 
 import secrets
 import socket

@@ -58,7 +58,7 @@ def server(sink: FakeSink) -> Iterator[Server]:
 
 def mark_of(client: socket.socket) -> int:
     """The type of service with which this process sends to a client that is in it, too."""
-    for fd in Path("/proc/self/fd").iterdir():
+    for fd in filter(Path.is_socket, Path("/proc/self/fd").iterdir()):
         with suppress(OSError), socket.socket(fileno=os.dup(int(fd.name))) as other:
             if other.getpeername() == client.getsockname():
                 return other.getsockopt(socket.IPPROTO_IP, socket.IP_TOS)

@@ -41,7 +41,7 @@ def executor(node: Node) -> Iterator[SingleThreadedExecutor]:
 
 
 def grown(runs: Callable[[], object]) -> int:
-    """How many more objects there are after a call of `runs`; the first call does not count."""
+    """Returns the number of objects that a call of `runs` adds; the first call does not count."""
     counts = []
     for _ in range(2):
         runs()

@@ -29,6 +29,29 @@ def test_a_signal_that_another_thread_gets_ends_the_wait(number: signal.Signals)
         assert child.end(number) == 0
 
 
+# As a program that calls the command line again and again.
+AGAIN = """
+import os, threading
+from ml2_receiver.commands.stopping import stop_signal
+
+def count():
+    return len(os.listdir("/proc/self/fd")), threading.active_count()
+
+stop_signal()
+before = count()
+for _ in range(10):
+    stopping = stop_signal()
+print(count() == before, flush=True)
+stopping.wait()
+"""
+
+
+def test_commands_of_one_process_share_what_hears_signals() -> None:
+    with Child("-c", AGAIN) as child:
+        assert child.line() == "True"
+        assert child.end() == 0
+
+
 # As a call of Fast DDS that never ended: no thread of Python runs any more.
 LOCKED = """
 import ctypes

@@ -1,5 +1,7 @@
 """States of streams, from STATUS of the headset to the receiver's rows."""
 
+from dataclasses import replace
+
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import ClockStatus, Status, StreamAnswer, StreamStatus
 from scene import REQUEST, Scene, started
@@ -34,14 +36,21 @@ def test_what_would_be_accepted_now_is_asked_for_again_once() -> None:
     scene.request(other)
     scene.comply(refused)
     asked = len(scene.asked())
-    tell(scene, world_left=StreamStatus("refused", "no permission", CAMERA))
+    known = StreamStatus("refused", "no permission", CAMERA)
+    available = replace(known, state="available")
+    tell(scene, world_left=known)
     assert len(scene.asked()) == asked
     for _ in range(3):
-        tell(scene, world_left=StreamStatus("available", "no permission", CAMERA))
+        tell(scene, world_left=available)
     assert [it.streams for it in scene.asked()[asked:]] == [other]
+    scene.comply(refused)
+    tell(scene, world_left=available)
+    assert len(scene.asked()) == asked + 1, "nothing has changed"
+    tell(scene, world_left=known)
+    tell(scene, world_left=available)
     scene.comply()
     tell(scene, world_left=StreamStatus("running"))
-    assert len(scene.asked()) == asked + 1
+    assert len(scene.asked()) == asked + 2
     assert scene.sink.applied[-1].streams["world_left"].result == "applied"
     assert scene.kinds(scene.control)[-1] == Kind.START
 

@@ -15,7 +15,7 @@ pytest.importorskip("websockets", reason="websockets is not installed")
 from websockets.sync.server import ServerConnection
 
 from ml2_tools.viewing.browser_connection import BrowserConnection
-from ml2_tools.viewing.requests import AllowedRequests, Answer, BackendRequest, Newest
+from ml2_tools.viewing.requests import AllowedRequests, BackendRequest, Newest, Outcome
 from ml2_tools.viewing.section_forms import SERVICES
 from ml2_tools.viewing.view import Source, View
 from waiting import LIMIT_S
@@ -56,7 +56,7 @@ class ChangedMeanwhile:
 
     def __init__(self) -> None:
         self._in_force: Newest = 1, json.dumps({"type": "settings", "values": "old"})
-        self._answered: Callable[[Answer], None] | None = None
+        self._answered: Callable[[Outcome], None] | None = None
 
     def described(self) -> dict[str, Any]:
         return {}
@@ -64,14 +64,14 @@ class ChangedMeanwhile:
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
         return [("settings", self._newest)]
 
-    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
+    def submit(self, request: BackendRequest, answered: Callable[[Outcome], None]) -> None:
         self._answered = answered
 
     def _newest(self) -> Newest:
         found = self._in_force
         if self._answered is not None:
             self._in_force = 2, json.dumps({"type": "settings", "values": "new"})
-            self._answered(Answer("stop", True, ""))
+            self._answered(Outcome("stop", True, ""))
             self._answered = None
         return found
 

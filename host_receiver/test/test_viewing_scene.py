@@ -13,10 +13,11 @@ import pytest
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-from geometry_msgs.msg import Pose, PoseArray, PoseStamped
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped, Vector3
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from tf2_msgs.msg import TFMessage
+from vision_msgs.msg import BoundingBox3D, Detection3D, Detection3DArray
 
 from camera_messages import camera_info, stamped, transform_of
 from ml2_tools.geometry.other_frames import OtherFrames
@@ -29,6 +30,7 @@ DEPTH = "depth_optical_frame"
 # x right, y down, z forward, of a camera that looks along the world's x axis
 LOOKS_AHEAD = (-0.5, 0.5, -0.5, 0.5)
 TF, HANDS = "tf2_msgs/msg/TFMessage", "geometry_msgs/msg/PoseArray"
+MARKERS = "vision_msgs/msg/Detection3DArray"
 INFO, IMAGE = "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/Image"
 
 
@@ -72,7 +74,7 @@ def test_cameras_of_a_rig_move_with_the_head_of_a_named_receiver() -> None:
 
 
 def test_the_parent_of_each_frame_is_told() -> None:
-    # What is not published any more is not in the tree; what is static stays.
+    # A frame that is not published any more is not in the tree; a static frame stays.
     for now_s, passing in ((100, {"head_frame": WORLD}), (200, {})):
         scene = Scene("")
         take_transforms(scene, "/tf_static", transform("head_frame", "tag", (0, 0, 1)), at_s=1)
@@ -97,6 +99,18 @@ def test_an_untracked_joint_has_no_place() -> None:
     poses = PoseArray(poses=[tracked, lost])
     scene.take("hand_left", HANDS, serialize_message(poses), 100)
     assert shown(scene)["hands"] == {"hand_left": [[0.25, 0, 0], None]}
+
+
+def test_markers_have_their_sides_while_they_come() -> None:
+    scene = Scene("")
+    box = BoundingBox3D(size=Vector3(x=0.16, y=0.16))
+    seen = Detection3DArray(detections=[Detection3D(id="tag36h11:7", bbox=box)])
+    scene.take("markers", MARKERS, serialize_message(seen), 100)
+    take_transforms(scene, "/tf", transform(WORLD, "tag36h11:7", (1, 0, 0)))
+    assert shown(scene)["markers"] == {"tag36h11:7": 0.16}
+    assert shown(scene)["frames"].keys() == {"tag36h11:7"}
+    row = {"stream": "markers", "type": MARKERS}
+    assert scene.topics({"/magic_leap2/markers": row}, ())["markers"][1] == MARKERS
 
 
 def test_a_tag_in_the_image_of_a_camera_is_where_the_camera_sees_it() -> None:

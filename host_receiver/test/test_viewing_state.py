@@ -146,6 +146,19 @@ def test_subscriptions_of_apps_are_listed_and_are_no_topics_of_the_headset() -> 
     assert name in [it["row"] for it in state["warnings"]]
 
 
+def test_services_of_apps_are_listed_and_are_no_topics_of_the_headset() -> None:
+    row = {"id": "1", "service_type": "T", "requests": "9", "responses": "4", "failures": "1"}
+    state = state_of(ROWS | {"client /pause": row, "service /on": row}, {}, {}, "")
+    counts = {"type": "T", "requests": "9", "responses": "4", "failures": "1"}
+    assert state["calls"] == [
+        {"service": "/pause", "by": "ROS", **counts},
+        {"service": "/on", "by": "the app", **counts},
+    ]
+    before = state_of(ROWS, {}, {}, "")
+    assert before["calls"] == []
+    assert (state["streams"], state["losses"]) == (before["streams"], before["losses"])
+
+
 def test_a_late_message_does_not_raise_the_rate_above_what_is_asked() -> None:
     row = {**ROWS[WORLD], "rate_hz": "34.0", "expected_hz": "30"}
     (stream,) = state_of(ROWS | {WORLD: row}, {}, {}, "")["streams"]

@@ -10,7 +10,7 @@ from ml2_receiver.transport.listener import listen
 from ml2_tools.monitoring.topic_table import Rows
 from ml2_tools.viewing.access import Token
 from ml2_tools.viewing.losses import RecentLosses
-from ml2_tools.viewing.requests import AllowedRequests, Answer, BackendRequest, Newest
+from ml2_tools.viewing.requests import AllowedRequests, BackendRequest, Newest, Outcome
 from ml2_tools.viewing.section_forms import receiver_state
 from ml2_tools.viewing.server import ViewServer
 from ml2_tools.viewing.state import Levels, state_of
@@ -79,7 +79,7 @@ class Scripted:
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
         return []
 
-    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
+    def submit(self, request: BackendRequest, answered: Callable[[Outcome], None]) -> None:
         raise AssertionError(request)
 
     def report(self, rows: Rows) -> None:

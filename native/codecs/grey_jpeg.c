@@ -19,7 +19,7 @@ struct writer {
     uint32_t count; /**< Number of bits in use. */
 };
 
-/** Whether a byte of a word is 0xff. */
+/** Returns nonzero if a byte of a word is 0xff. */
 static inline uint64_t any_ff(uint64_t word) { return (~word - 0x0101010101010101u) & word & 0x8080808080808080u; }
 
 /** Writes the high count bytes of a word. 0 follows each 0xff, which begins a marker otherwise. */

@@ -5,7 +5,7 @@
 
 enum {
     JPEG_HEADER_BYTES = 328,
-    JPEG_COEFFICIENTS = 64, /**< Of a block of 8 x 8 pixels. */
+    JPEG_COEFFICIENTS = 64, /**< In a block of 8 x 8 pixels. */
 };
 
 /** The code of a Huffman symbol: the code above, the number of its bits in the low 8 bits. */

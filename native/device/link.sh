@@ -37,7 +37,7 @@ fi
   -Wl,-z,noexecstack -Wl,-z,text -Wl,--build-id=sha1 "${sources[@]}" -L"$stubs" -lc -ldl -llog \
   -o "$out/libml2sensors.so"
 
-# Of bionic's names inside as well, so that the loader takes those that a process has loaded from anywhere.
+# The libraries have bionic's names as sonames too, so that the loader takes those that a process has loaded already.
 rm -f "$linux"/lib*.so
 for name in libc.so.6 libm.so.6 libdl.so.2; do
   cc -shared -nostdlib -Wl,-soname,"${name%.*}" -Wl,--no-as-needed -o "$linux/${name%.*}" -x c /dev/null -x none -l:"$name"

@@ -50,8 +50,8 @@ jintArray layout_frame(JNIEnv *env, jclass class) {
 jintArray layout_reading(JNIEnv *env, jclass class) {
     (void)class;
     static const jint values[] = {
-        sizeof(ml2s_reading), READING(stream),     READING(capture_nanos), READING(rotation),
-        READING(position),    READING(is_tracked), READING(events),        READING(values),
+        sizeof(ml2s_reading), READING(stream), READING(capture_nanos), READING(rotation), READING(position),
+        READING(is_tracked),  READING(events), READING(values),        READING(id),       READING(name),
     };
     return layout_ints(env, values, sizeof values / sizeof *values);
 }
@@ -60,8 +60,10 @@ jintArray layout_reading(JNIEnv *env, jclass class) {
 jintArray layout_settings(JNIEnv *env, jclass class) {
     (void)class;
     static const jint values[] = {
-        sizeof(ml2s_settings),    SETTINGS(sensor),  SETTINGS(backend), SETTINGS(wants),  SETTINGS(streams),
-        SETTINGS(second_streams), SETTINGS(rate_hz), SETTINGS(width),   SETTINGS(height),
+        sizeof(ml2s_settings),   SETTINGS(sensor),          SETTINGS(backend),           SETTINGS(wants),
+        SETTINGS(streams),       SETTINGS(second_streams),  SETTINGS(rate_hz),           SETTINGS(width),
+        SETTINGS(height),        SETTINGS(marker_type),     SETTINGS(marker_dictionary), SETTINGS(marker_profile),
+        SETTINGS(marker_camera), SETTINGS(marker_length_m), SETTINGS(map_confidence),    SETTINGS(map),
     };
     return layout_ints(env, values, sizeof values / sizeof *values);
 }

@@ -7,6 +7,7 @@
 #include "../sdk/memory.h"
 #include "../sources/slots.h"
 #include "failure.h"
+#include "inboxes.h"
 #include "layout.h"
 #include "send_queue.h"
 
@@ -251,6 +252,11 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("publish", "(Ljava/nio/ByteBuffer;I)V", publish),
         METHOD("unpublish", "(I)V", unpublish),
         METHOD("release", "(II)V", release),
+        METHOD("openInbox", "(I)I", inboxes_open),
+        METHOD("addMessage", "(I[BIIJI)Z", inboxes_add),
+        METHOD("awaitMessage", "(I[J)Ljava/nio/ByteBuffer;", inboxes_await),
+        METHOD("releaseMessage", "(II)V", inboxes_release),
+        METHOD("closeInbox", "(I)V", inboxes_close),
         METHOD("mostEncodedBytes", "(III)I", most_encoded_bytes),
         METHOD("encode", "(Ljava/nio/ByteBuffer;IIIIIII)I", encode),
         METHOD("useOpenXr", "(Ljava/lang/String;Ljava/lang/Object;)V", use_openxr),

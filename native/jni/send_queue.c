@@ -6,7 +6,7 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-// Of Linux, whose headers not every toolchain here has: include/uapi/linux/in.h, tcp.h, and include/linux/socket.h.
+// Constants of Linux, whose headers not every toolchain has: include/uapi/linux/in.h, tcp.h, include/linux/socket.h.
 #define TCP_LEVEL 6
 #define TCP_NOT_SENT_LOWAT 25
 #define INET 2

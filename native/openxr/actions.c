@@ -40,7 +40,7 @@ static bool is_attached;
 static XrActionSet set;
 static XrAction actions[ACTION_COUNT];
 
-/** Why the runtime refused a profile. The others work. */
+/** The refusals of profiles by the runtime. The other profiles work. */
 static struct {
     ml2s_result result;
     ml2s_error error;

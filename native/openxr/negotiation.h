@@ -4,7 +4,7 @@
 #include "xr_api.h"
 
 struct pixel_mode {
-    const char *path;       /**< Of the sensor, for messages. */
+    const char *path;       /**< The path of the sensor, for messages. */
     uint32_t device_stream; /**< The sensor's own number. */
     uint32_t rate_hz;
     uint32_t width;

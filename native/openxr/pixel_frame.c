@@ -10,7 +10,7 @@
 
 static struct radial_factors radial;
 
-/** Where the runtime writes a capture. */
+/** The memory into which the runtime writes a capture. */
 struct target {
     uint32_t slot; /**< ML2S_NO_SLOT: memory is spare, or a frame has the slot. */
     ml2s_memory memory;

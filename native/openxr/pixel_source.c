@@ -35,7 +35,7 @@ static struct source {
     struct pixel_sensor sensors[SOURCE_MAX_FRAMES];
     uint32_t count;
     ml2s_settings settings; /**< The current settings. */
-    ml2s_error lost;        /**< Why an open source has no sensors. */
+    ml2s_error lost;        /**< The error by which an open source lost its sensors. */
 } sources[ML2S_SENSOR_HANDS + 1];
 
 static struct pixel_sensor describe(const ml2s_settings *settings, uint32_t stream) {

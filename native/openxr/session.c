@@ -3,6 +3,7 @@
 #include <stdatomic.h>
 
 #include "../sdk/error.h"
+#include "events.h"
 
 #define READY_WITHIN_NANOS INT64_C(5000000000)
 
@@ -10,6 +11,7 @@ static atomic_flag is_polling = ATOMIC_FLAG_INIT;
 static atomic_bool is_running;
 static atomic_bool is_lost;
 static atomic_bool has_moved;
+static atomic_bool was_in_focus;
 
 static ml2s_result change_state(XrSessionState state, ml2s_error *error) {
     switch (state) {
@@ -19,6 +21,11 @@ static ml2s_result change_state(XrSessionState state, ml2s_error *error) {
         atomic_store(&is_running, !result);
         return result;
     }
+    case XR_SESSION_STATE_FOCUSED:
+        if (!atomic_exchange(&was_in_focus, true)) {
+            events_enable();
+        }
+        return ML2S_OK;
     case XR_SESSION_STATE_STOPPING:
         atomic_store(&is_running, false);
         return XR_CALL(error, core, xrEndSession, xr.session);
@@ -39,9 +46,13 @@ static ml2s_result handle(const XrEventDataBuffer *event, ml2s_error *error) {
         atomic_store(&is_lost, true);
         return ML2S_OK;
     case XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING:
-        atomic_store(&has_moved, true);
+        if (((const XrEventDataReferenceSpaceChangePending *)event)->referenceSpaceType ==
+            XR_REFERENCE_SPACE_TYPE_LOCAL) {
+            atomic_store(&has_moved, true);
+        }
         return ML2S_OK;
     default:
+        events_keep(event);
         return ML2S_OK;
     }
 }
@@ -93,6 +104,8 @@ ml2s_result session_create(ml2s_error *error) {
     atomic_store(&is_running, false);
     atomic_store(&is_lost, false);
     atomic_store(&has_moved, false);
+    atomic_store(&was_in_focus, false);
+    events_reset();
     result = wait_until_running(error);
     if (result) {
         session_destroy(NULL);

@@ -43,7 +43,7 @@
 
 #define XR_TIME_FUNCTIONS(F) F(xrConvertTimespecTimeToTimeKHR) F(xrConvertTimeToTimespecTimeKHR)
 
-#define XR_FUTURE_FUNCTIONS(F) F(xrPollFutureEXT)
+#define XR_FUTURE_FUNCTIONS(F) F(xrPollFutureEXT) F(xrCancelFutureEXT)
 
 #define XR_PIXEL_FUNCTIONS(F)                                                                                          \
     F(xrEnumeratePixelSensorsML)                                                                                       \
@@ -63,10 +63,28 @@
     F(xrGetPixelSensorDataML)                                                                                          \
     F(xrCreatePixelSensorSpaceML)
 
-/** Actions are of the core. An extension that only adds an interaction profile has the function that names it. */
+/** An extension that adds only an interaction profile or structures has a function of the core that uses them. */
 #define XR_PROFILE_FUNCTIONS(F) F(xrSuggestInteractionProfileBindings)
 
 #define XR_HANDS_FUNCTIONS(F) F(xrCreateHandTrackerEXT) F(xrDestroyHandTrackerEXT) F(xrLocateHandJointsEXT)
+
+#define XR_MARKER_FUNCTIONS(F)                                                                                         \
+    F(xrCreateMarkerDetectorML)                                                                                        \
+    F(xrDestroyMarkerDetectorML)                                                                                       \
+    F(xrSnapshotMarkerDetectorML)                                                                                      \
+    F(xrGetMarkerDetectorStateML)                                                                                      \
+    F(xrGetMarkersML)                                                                                                  \
+    F(xrGetMarkerReprojectionErrorML)                                                                                  \
+    F(xrGetMarkerLengthML)                                                                                             \
+    F(xrGetMarkerNumberML)                                                                                             \
+    F(xrGetMarkerStringML)                                                                                             \
+    F(xrCreateMarkerSpaceML)
+
+#define XR_EVENT_FUNCTIONS(F) F(xrPollEvent)
+
+#define XR_MAP_FUNCTIONS(F) F(xrEnableLocalizationEventsML) F(xrQueryLocalizationMapsML) F(xrRequestMapLocalizationML)
+
+#define XR_CALIBRATION_FUNCTIONS(F) F(xrEnableUserCalibrationEventsML)
 
 /**
  * A(identifier, table, functions, extension, needs): groups of functions that a runtime has or lacks as a whole. needs
@@ -79,7 +97,11 @@
     A(XR_PIXEL, pixel, XR_PIXEL_FUNCTIONS, XR_ML_PIXEL_SENSOR_EXTENSION_NAME, XR_EXT_FUTURE_EXTENSION_NAME)            \
     A(XR_GAZE, gaze, XR_PROFILE_FUNCTIONS, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME, NULL)                           \
     A(XR_CONTROLLER, controller, XR_PROFILE_FUNCTIONS, XR_ML_ML2_CONTROLLER_INTERACTION_EXTENSION_NAME, NULL)          \
-    A(XR_HANDS, hands, XR_HANDS_FUNCTIONS, XR_EXT_HAND_TRACKING_EXTENSION_NAME, NULL)
+    A(XR_HANDS, hands, XR_HANDS_FUNCTIONS, XR_EXT_HAND_TRACKING_EXTENSION_NAME, NULL)                                  \
+    A(XR_MARKER, marker, XR_MARKER_FUNCTIONS, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME, NULL)                         \
+    A(XR_UUID, uuid, XR_EVENT_FUNCTIONS, XR_EXT_UUID_EXTENSION_NAME, NULL)                                             \
+    A(XR_MAP, map, XR_MAP_FUNCTIONS, XR_ML_LOCALIZATION_MAP_EXTENSION_NAME, XR_EXT_UUID_EXTENSION_NAME)                \
+    A(XR_CALIBRATION, calibration, XR_CALIBRATION_FUNCTIONS, XR_ML_USER_CALIBRATION_EXTENSION_NAME, NULL)
 
 #define XR_IDENTIFIER(identifier, table, functions, extension, needs) identifier,
 enum xr_area { XR_AREAS(XR_IDENTIFIER) XR_AREA_COUNT };

@@ -1,5 +1,5 @@
 /**
- * Declarations of XR_ML_pixel_sensor and XR_EXT_future, in addition to Khronos' header.
+ * Declarations of XR_ML_pixel_sensor, in addition to Khronos' header.
  *
  * No C declaration of XR_ML_pixel_sensor is public; names and order of fields follow the vendor's managed bindings.
  * Not confirmed on a device, and used nowhere else:
@@ -10,7 +10,7 @@
  */
 #pragma once
 
-#include <openxr/openxr.h>
+#include "xr_ml.h"
 
 /** Older headers of Khronos do not have the extension. */
 #ifndef XR_ML_ML2_CONTROLLER_INTERACTION_EXTENSION_NAME
@@ -19,38 +19,6 @@
 
 #ifdef __cplusplus
 extern "C" {
-#endif
-
-#ifndef XR_EXT_future
-#define XR_EXT_future 1
-#define XR_EXT_FUTURE_EXTENSION_NAME "XR_EXT_future"
-#define XR_TYPE_FUTURE_POLL_INFO_EXT ((XrStructureType)1000469001)
-#define XR_TYPE_FUTURE_POLL_RESULT_EXT ((XrStructureType)1000469003)
-#define XR_ERROR_FUTURE_PENDING_EXT ((XrResult)-1000469001)
-#define XR_ERROR_FUTURE_INVALID_EXT ((XrResult)-1000469002)
-
-XR_DEFINE_HANDLE(XrFutureEXT)
-
-typedef enum XrFutureStateEXT {
-    XR_FUTURE_STATE_PENDING_EXT = 1,
-    XR_FUTURE_STATE_READY_EXT = 2,
-    XR_FUTURE_STATE_MAX_ENUM_EXT = 0x7FFFFFFF
-} XrFutureStateEXT;
-
-typedef struct XrFuturePollInfoEXT {
-    XrStructureType type;
-    const void *next;
-    XrFutureEXT future;
-} XrFuturePollInfoEXT;
-
-typedef struct XrFuturePollResultEXT {
-    XrStructureType type;
-    void *next;
-    XrFutureStateEXT state;
-} XrFuturePollResultEXT;
-
-typedef XrResult(XRAPI_PTR *PFN_xrPollFutureEXT)(XrInstance instance, const XrFuturePollInfoEXT *pollInfo,
-                                                 XrFuturePollResultEXT *pollResult);
 #endif
 
 /** Defined in OpenXR 1.1. */

@@ -26,7 +26,7 @@ static inline void unlock(lock_t *lock) { atomic_flag_clear_explicit(lock, memor
 /** Zeroed while nobody has it. */
 typedef struct {
     _Atomic uint32_t owner; /**< The number of the turn, 0: none. */
-    _Atomic uint32_t count; /**< Of turns so far. */
+    _Atomic uint32_t count; /**< Turns so far. */
 } turn_t;
 
 /**

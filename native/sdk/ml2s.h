@@ -29,7 +29,7 @@ extern "C" {
 #endif
 
 #define ML2S_API __attribute__((visibility("default")))
-#define ML2S_ABI_VERSION 3u
+#define ML2S_ABI_VERSION 5u
 #define ML2S_MAX_SLOTS 8u
 #define ML2S_NO_SLOT UINT32_MAX
 /** `stream | ML2S_ENCODED` names a stream's slots for encoded images, a second set beside those of its frames. */
@@ -92,6 +92,8 @@ typedef enum ml2s_sensor {
     ML2S_SENSOR_HANDS = 7, /**< ML2S_STREAM_HAND_*, by ml2s_poll_readings. */
     ML2S_SENSOR_CONTROLLER = 8,       /**< ML2S_STREAM_CONTROLLER, by ml2s_poll_readings. */
     ML2S_SENSOR_CONTROLLER_INPUT = 9, /**< ML2S_STREAM_CONTROLLER_JOY, by ml2s_poll_readings. */
+    ML2S_SENSOR_MARKERS = 10,         /**< ML2S_STREAM_MARKERS, by ml2s_poll_readings; OpenXR only. */
+    ML2S_SENSOR_MAP = 11,             /**< ML2S_STREAM_MAP, by ml2s_poll_readings; OpenXR only. */
 } ml2s_sensor;
 
 enum {
@@ -100,7 +102,14 @@ enum {
     ML2S_WANT_RADIAL = 1u << 2,     /**< Depth: distance from the camera instead of z along its optical axis. */
 };
 
-/** The configuration of a handle. */
+/** The camera of the marker detector. */
+typedef enum ml2s_marker_camera {
+    ML2S_MARKER_CAMERA_AUTO = 0,  /**< The choice of the profile. */
+    ML2S_MARKER_CAMERA_WORLD = 1, /**< The world cameras. */
+    ML2S_MARKER_CAMERA_RGB = 2,   /**< The RGB camera. */
+} ml2s_marker_camera;
+
+/** The configuration of a handle. The numbers of markers and maps are those of OpenXR. */
 typedef struct ml2s_settings {
     uint32_t struct_size;
     uint32_t sensor;         /**< ml2s_sensor */
@@ -112,6 +121,13 @@ typedef struct ml2s_settings {
     uint32_t width;          /**< Used for OpenXR; the other sensors have one size. */
     uint32_t height;         /**< As width. */
     uint32_t reserved;
+    uint32_t marker_type;       /**< Markers: XrMarkerTypeML. */
+    uint32_t marker_dictionary; /**< Markers: XrMarkerArucoDictML or XrMarkerAprilTagDictML; QR has none. */
+    uint32_t marker_profile;    /**< Markers: XrMarkerDetectorProfileML; not used with a camera. */
+    uint32_t marker_camera;     /**< Markers: ml2s_marker_camera */
+    float marker_length_m;      /**< Markers: side of the black square. */
+    uint32_t map_confidence;    /**< Map: XrLocalizationMapConfidenceML; a pose with less is not tracked. */
+    char map[64];               /**< Map: zero-terminated name or UUID of the one to ask for; empty: none. */
 } ml2s_settings;
 
 enum {
@@ -141,7 +157,7 @@ typedef enum ml2s_plane_role {
 /** A part of a slot. size_bytes is 0 if the frame does not have the plane. */
 typedef struct ml2s_plane {
     uint32_t offset_bytes; /**< From ml2s_frame.data. */
-    uint32_t size_bytes;   /**< Of all its rows, or of the JPEG. */
+    uint32_t size_bytes;   /**< All its rows, or the JPEG. */
     uint32_t stride_bytes; /**< From one row to the next; 0 for JPEG. */
     uint32_t reserved;
 } ml2s_plane;
@@ -189,25 +205,40 @@ typedef enum ml2s_input {
     ML2S_INPUT_BUMPER = 1,  /**< 1: pressed. */
     ML2S_INPUT_MENU = 2,    /**< 1: pressed. */
     ML2S_INPUT_TOUCHED = 3, /**< 1: a finger is on the touchpad. Without one, the following are 0. */
-    ML2S_INPUT_TOUCH_X = 4, /**< Where it is, to the right: -1 to 1. */
-    ML2S_INPUT_TOUCH_Y = 5, /**< Where it is, away from the user: -1 to 1. */
-    ML2S_INPUT_FORCE = 6,   /**< How hard it presses, 0 to 1. */
+    ML2S_INPUT_TOUCH_X = 4, /**< Place to the right: -1 to 1. */
+    ML2S_INPUT_TOUCH_Y = 5, /**< Place away from the user: -1 to 1. */
+    ML2S_INPUT_FORCE = 6,   /**< Pressure, 0 to 1. */
     ML2S_INPUT_COUNT = 7,   /**< The number of values. */
 } ml2s_input;
 
-/** What a sensor without images tells of one thing at one instant. */
+/** The indices of ml2s_reading.values for ML2S_STREAM_MARKERS. */
+typedef enum ml2s_marker_value {
+    ML2S_MARKER_LENGTH_M = 0,             /**< Side of the black square. */
+    ML2S_MARKER_REPROJECTION_ERROR_M = 1, /**< Distance of its corners from where its pose puts them. */
+} ml2s_marker_value;
+
+/** The indices of ml2s_reading.values for ML2S_STREAM_MAP. */
+typedef enum ml2s_map_value {
+    ML2S_MAP_STATE = 0,      /**< XrLocalizationMapStateML; -1 until the device has said it. */
+    ML2S_MAP_CONFIDENCE = 1, /**< XrLocalizationMapConfidenceML */
+    ML2S_MAP_ERRORS = 2,     /**< Bits of XrLocalizationMapErrorFlagsML. */
+    ML2S_MAP_TYPE = 3,       /**< XrLocalizationMapTypeML */
+} ml2s_map_value;
+
+/** A reading of a sensor without images: the state of one thing at one instant. */
 typedef struct ml2s_reading {
     uint32_t struct_size;
-    uint32_t stream;                /**< ml2s_stream */
-    int64_t capture_nanos;          /**< CLOCK_BOOTTIME of the instant. */
-    int64_t device_nanos;           /**< The same instant as MLTime or XrTime. */
-    uint64_t id;                    /**< Which thing of the stream: a joint by XrHandJointEXT; else 0. */
-    float rotation[4];              /**< In the world: x, y, z, w. */
-    float position[3];              /**< In the world. */
-    uint32_t is_tracked;            /**< 0: not seen or not connected; rotation, position and values are not valid. */
+    uint32_t stream;       /**< ml2s_stream */
+    int64_t capture_nanos; /**< CLOCK_BOOTTIME of the instant. */
+    int64_t device_nanos;  /**< The same instant as MLTime or XrTime. */
+    uint64_t id;           /**< A joint by XrHandJointEXT, or the number of a marker; else 0. */
+    float rotation[4];     /**< In the world: x, y, z, w. */
+    float position[3];     /**< In the world. */
+    uint32_t
+        is_tracked; /**< 0: not seen or not connected; rotation and position are not valid, nor are values but MAP's. */
     uint32_t events;                /**< ML2S_TRACKING_* since the last poll. */
-    float values[ML2S_INPUT_COUNT]; /**< By ml2s_input; 0 for streams of poses. */
-    char name[256];                 /**< Zero-terminated UTF-8: what the thing is called; empty without a name. */
+    float values[ML2S_INPUT_COUNT]; /**< By ml2s_input, ml2s_marker_value or ml2s_map_value; 0 for other streams. */
+    char name[256];                 /**< Zero-terminated UTF-8: the content of a QR code, or a map; else empty. */
 } ml2s_reading;
 
 /** A piece of memory. That of a slot begins at a page. */
@@ -252,6 +283,12 @@ ML2S_API ml2s_result ml2s_poll(ml2s_handle handle, uint64_t timeout_nanos, ml2s_
 /**
  * Returns the current readings: one for HEAD, GAZE, CONTROLLER and CONTROLLER_INPUT, and 26 per hand for HANDS, in the
  * order of XrHandJointEXT. Each can be untracked. What exceeds capacity is left out.
+ *
+ * MARKERS has up to 16, all tracked, each with another id or name. Axes of ArUco and QR are x right, y up, z out of the
+ * face; of AprilTag x right, y down, z into the face. A QR code of more than 255 bytes is left out.
+ *
+ * MAP has the origin of the map in which the headset is localized. It is tracked while that is the map asked for, with
+ * enough confidence; its values are valid all the time. Its name is the map's UUID, a space and the map's name.
  */
 ML2S_API ml2s_result ml2s_poll_readings(ml2s_handle handle, ml2s_reading *readings, uint32_t capacity, uint32_t *count,
                                         ml2s_error *error);
@@ -294,6 +331,51 @@ ML2S_API ml2s_result ml2s_acquire_latest(uint32_t stream, int64_t after_nanos, m
 /** Ends one lease. Returns ML2S_INVALID_ARGUMENT if the slot is not leased. */
 ML2S_API ml2s_result ml2s_release(uint32_t stream, uint32_t slot);
 
+/** Inboxes that can be open, and messages that can wait in one. */
+#define ML2S_MOST_INBOXES 160u
+#define ML2S_MOST_INBOX_DEPTH 100u
+
+/** A message in an inbox. Valid while its slot is leased. */
+typedef struct ml2s_message {
+    uint32_t struct_size;
+    uint32_t slot;           /**< For ml2s_inbox_release. */
+    uint8_t *data;           /**< The first byte. */
+    uint64_t size_bytes;     /**< Size of the message, which its memory may exceed. */
+    int64_t published_nanos; /**< When it was published, in ROS time; 0 if unknown. */
+    uint32_t number;         /**< The number of the message in its topic. */
+    uint32_t reserved;
+    uint64_t left_out; /**< Messages that the inbox has dropped so far, because newer ones took their place. */
+} ml2s_message;
+
+/**
+ * Opens an inbox: a queue of messages from one writer to one reader, which may be different threads. It holds the
+ * newest depth messages, 1 to ML2S_MOST_INBOX_DEPTH, beside the one that the reader leases. Its memory grows to the
+ * largest messages and is used again. What an app sends waits in an inbox, too: the app writes, with the time of
+ * capture on CLOCK_BOOTTIME as published_nanos. All functions of inboxes are thread-safe; only ml2s_inbox_wait waits.
+ */
+ML2S_API ml2s_result ml2s_inbox_open(uint32_t depth, uint32_t *inbox);
+
+/** Takes a slot for writing a message of size_bytes. End it by one ml2s_inbox_add or ml2s_inbox_release. */
+ML2S_API ml2s_result ml2s_inbox_take(uint32_t inbox, uint64_t size_bytes, uint32_t *slot, ml2s_memory *memory);
+
+/** Appends the message in the taken slot message->slot. The oldest is dropped if more than depth wait. */
+ML2S_API ml2s_result ml2s_inbox_add(uint32_t inbox, const ml2s_message *message);
+
+/** Waits without a limit until a message waits. Returns ML2S_CLOSED once the inbox is closed. */
+ML2S_API ml2s_result ml2s_inbox_wait(uint32_t inbox);
+
+/** Leases the oldest message, or returns ML2S_TIMEOUT if none waits. End it by one ml2s_inbox_release. */
+ML2S_API ml2s_result ml2s_inbox_acquire(uint32_t inbox, ml2s_message *message);
+
+/** Ends a lease, also of an inbox that was closed. Returns ML2S_INVALID_ARGUMENT if the slot is not leased. */
+ML2S_API ml2s_result ml2s_inbox_release(uint32_t inbox, uint32_t slot);
+
+/** Drops all messages that wait but the newest. */
+ML2S_API ml2s_result ml2s_inbox_skip(uint32_t inbox);
+
+/** Closes an inbox. What waits is dropped; a leased message stays valid until its release. */
+ML2S_API ml2s_result ml2s_inbox_close(uint32_t inbox);
+
 /**
  * Selects the OpenXR session. Standalone: set loader_path; the library creates an instance and a headless session. With
  * an app's session: set instance, session and get_instance_proc_addr, which must outlive every handle.
@@ -316,7 +398,7 @@ typedef struct ml2s_openxr {
  */
 ML2S_API ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error);
 
-/** How ml2s_encode compresses an image. */
+/** The codecs of ml2s_encode. */
 typedef enum ml2s_codec {
     /** 8-bit grey pixels to a baseline JPEG of one component; quality is 1 to 100, with libjpeg's tables. */
     ML2S_CODEC_GREY_JPEG = 1,
@@ -336,7 +418,7 @@ typedef struct ml2s_image {
     uint32_t height;       /**< Rows, 1 to 65535. */
     uint32_t stride_bytes; /**< From one row to the next; for floats a multiple of 4. */
     const uint8_t *data;   /**< The first row; for floats aligned to 4 bytes. Owned by the caller. */
-    uint64_t size_bytes;   /**< Of data; nothing beyond is read. */
+    uint64_t size_bytes;   /**< The size of data; nothing beyond is read. */
 } ml2s_image;
 
 /**

@@ -70,7 +70,7 @@ void CameraConnection::leaveOut(int64_t captures) {
 
 bool CameraConnection::isDropped(int64_t index) const {
     const auto every = static_cast<int64_t>(fault(kind_, Fault::DropEvery));
-    return every > 0 && frameNumber(index) % every == 0;
+    return every > 0 && (index - leftOut_) % every == 0;
 }
 
 void CameraConnection::leaveOutUntil(int64_t index) {

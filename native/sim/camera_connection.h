@@ -43,7 +43,9 @@ class CameraConnection {
     /** Ends a get, when the frame numbers are written. */
     void delivered() { leaveOutUntil(leftOutUntil_); }
 
-    int64_t frameNumber(int64_t index) const { return index - leftOut_; }
+    int64_t frameNumber(int64_t index) const {
+        return (index - leftOut_) * static_cast<int64_t>(number(Key::AssumeFrameNumbers));
+    }
 
     /** Leaves out the captures that fell due while a first frame was drawn, except the newest. */
     void leaveOutOverdue() { leaveOutUntil(newestDelivered() - 1); }
@@ -111,6 +113,16 @@ void passHold(const char *function);
 /** Count a misuse and return the result for it. */
 MLResult refuseArgument(const char *function, const char *what);
 MLResult refuseVersion(const char *function, uint32_t expected, uint32_t found);
+
+/** Refuses a structure of the caller that is null or has another version. */
+template <typename Structure>
+MLResult checkStructure(const char *function, const Structure *structure, uint32_t version) {
+    if (structure == nullptr)
+        return refuseArgument(function, "the structure is null");
+    if (structure->version != version)
+        return refuseVersion(function, version, structure->version);
+    return MLResult_Ok;
+}
 
 bool isDepthCameraOpen();
 bool isWorldCameraOpen();

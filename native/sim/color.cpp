@@ -9,6 +9,7 @@
 #include "clock.h"
 #include "counters.h"
 #include "drawer.h"
+#include "exposure.h"
 #include "frame_cache.h"
 #include "head_path.h"
 #include "jpeg.h"
@@ -23,7 +24,6 @@ namespace {
 
 /** The delay of readout, transfer and encoding. */
 constexpr int64_t kDelayNanos = 15000000;
-constexpr int64_t kExposureNanos = 8000000;
 constexpr int64_t kMostLateNanos = 200000000;
 constexpr int kMostSkipped = 20;
 
@@ -55,7 +55,7 @@ size_t capacity(const ml2sim_color_request &request) { return size_t{request.wid
 RenderPlan renderPlan(const ml2sim_color_request &request) {
     const auto headPath = HeadPath::current();
     const bool hologram = request.with_hologram != 0;
-    const auto sigma = static_cast<float>(number(Key::ImageNoise));
+    const Photography photography(headPath, request.rate_hz, kColorExposureNanos);
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 10;
     const auto rays =
         std::make_shared<Lazy<RayTable>>([request] { return RayTable(colorLens(request.width, request.height)); });
@@ -64,14 +64,14 @@ RenderPlan renderPlan(const ml2sim_color_request &request) {
         std::vector<uint8_t> rgb(size_t{request.width} * request.height * 3);
         const auto &table = rays->get(); // while another camera builds the scene
         renderColor(*HeadPath::scene(), table, camera, hologram, rgb.data(), size_t{request.width} * 3,
-                    {sigma, noiseSeed, index});
+                    photography.shot(index, Camera::Color, 1, noiseSeed));
         const auto used = static_cast<JpegBytes>(
             encodeJpeg(rgb.data(), request.width, request.height, frame + sizeof(JpegBytes), capacity(request)));
         std::memcpy(frame, &used, sizeof used);
         return sizeof used + used;
     };
-    const auto inputs = headPath->inputs() + " noise=" + std::to_string(sigma) + " " + std::to_string(request.width) +
-                        "x" + std::to_string(request.height) + "@" + std::to_string(request.rate_hz);
+    const auto inputs = headPath->inputs() + " " + photography.inputs() + " " + std::to_string(request.width) + "x" +
+                        std::to_string(request.height) + "@" + std::to_string(request.rate_hz);
     return {hologram ? "mixed_reality" : "color", inputs, sizeof(JpegBytes) + capacity(request),
             headPath->frameCount(request.rate_hz), draw};
 }
@@ -182,7 +182,8 @@ int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos
     out->jpeg = frame + sizeof(JpegBytes);
     out->frame_number = index - mode.leftOut;
     out->capture_mltime = captureTime(index, rate_hz);
-    out->exposure_nanos = kExposureNanos;
+    const Photography photography(headPath, rate_hz, kColorExposureNanos);
+    out->exposure_nanos = photography.exposure(headPath->frameIndex(index, rate_hz)).nanos;
     const int64_t next = nextDrawn(mode, index, isLate, rate_hz, frames);
     leaveOut(next - index - 1);
     mode.hasStarted = true;

@@ -71,10 +71,8 @@ MLResult MLControllerDestroy(MLHandle tracker) { return trackers.destroy(__func_
 MLResult MLControllerGetStateEx(MLHandle tracker, MLControllerSystemStateEx *inout_state) {
     if (const auto result = trackers.check(__func__, tracker))
         return result;
-    if (inout_state == nullptr)
-        return refuseArgument(__func__, "inout_state is null");
-    if (inout_state->version != 1)
-        return refuseVersion(__func__, 1, inout_state->version);
+    if (const auto result = checkStructure(__func__, inout_state, 1))
+        return result;
     inout_state->controller_state[0] = {0, {{kFrames, 1}}, {{kFrames, 2}}, status()};
     return MLResult_Ok;
 }
@@ -90,10 +88,8 @@ MLResult ml2sim_MLInputGetControllerStateEx(MLHandle tracker,
     constexpr auto kName = "MLInputGetControllerStateEx";
     if (const auto result = inputs.check(kName, tracker))
         return result;
-    if (out_states == nullptr)
-        return refuseArgument(kName, "out_states is null");
-    if (out_states[0].version != 1)
-        return refuseVersion(kName, 1, out_states[0].version);
+    if (const auto result = checkStructure(kName, out_states, 1))
+        return result;
     out_states[0] = stateNow();
     return MLResult_Ok;
 }

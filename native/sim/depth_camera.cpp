@@ -1,10 +1,11 @@
 // MLDepthCamera*: one stream at a time, with the requested planes.
 #include "ml_depth_camera.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 
-#include "camera_connection.h"
-#include "camera_faults.h"
+#include "camera_calls.h"
 #include "counters.h"
 #include "depth_modes.h"
 #include "head_path.h"
@@ -58,14 +59,20 @@ RenderPlan renderPlan(const DepthChoice &wanted) {
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 8;
     const auto &stream = kDepthStreams[wanted.type];
     const auto rays = std::make_shared<Lazy<RayTable>>([] { return RayTable(lens); });
+    const bool isRadial = isOn(Key::AssumeRadialDepth);
     const auto draw = [=](size_t index, uint8_t *frame) {
         const Pose camera = compose(headPath->atFrame(index, wanted.delivered_hz).head, mount(Camera::Depth));
-        renderDepth(*HeadPath::scene(), rays->get(), camera, stream.range, imagesIn(frame, wanted.planes),
+        const auto images = imagesIn(frame, wanted.planes);
+        renderDepth(*HeadPath::scene(), rays->get(), camera, stream.range, images,
                     {sigma, noiseSeed, index, sigmaOfSquare});
+        if (!isRadial && images.distance_m != nullptr)
+            std::transform(rays->get().z.begin(), rays->get().z.end(), images.distance_m, images.distance_m,
+                           [](float z, float distance) { return std::abs(z) * distance; });
         return planesIn(wanted.planes) * planeBytes();
     };
     const auto inputs = headPath->inputs() + " noise=" + std::to_string(sigma) + "+" + std::to_string(sigmaOfSquare) +
-                        " rate=" + std::to_string(wanted.delivered_hz) + " planes=" + std::to_string(wanted.planes);
+                        " rate=" + std::to_string(wanted.delivered_hz) + " planes=" + std::to_string(wanted.planes) +
+                        " radial=" + std::to_string(isRadial);
     return {stream.name, inputs, planesIn(wanted.planes) * planeBytes(), headPath->frameCount(wanted.delivered_hz),
             draw};
 }
@@ -127,8 +134,10 @@ void lend(int64_t index, MLDepthCameraData *data) {
     for (size_t plane = 0; plane < kPlaneCount; plane++) {
         if ((choice.planes >> plane & 1) == 0)
             continue;
-        frame->*kPlanes[plane] = copyPlane(lease, pixels);
-        applyOddFrame(odd, *(frame->*kPlanes[plane]));
+        if (isOn(Key::AssumeNullBuffers) || kPlanes[plane] != &MLDepthCameraFrame::flags) {
+            frame->*kPlanes[plane] = copyPlane(lease, pixels);
+            applyOddFrame(odd, *(frame->*kPlanes[plane]));
+        }
         pixels += planeBytes();
     }
     corruptPose(kKind, *frame);
@@ -158,55 +167,25 @@ void resetDepthCamera() {
 using namespace ml2sim;
 
 MLResult MLDepthCameraConnect(const MLDepthCameraSettings *settings, MLHandle *out_camera) {
-    passHold(__func__);
-    if (out_camera == nullptr)
-        return refuseArgument(__func__, "out_camera is null");
     DepthChoice wanted{};
-    if (const auto result = chooseDepth(__func__, settings, &wanted))
-        return result;
-    if (const auto result = connection.open(out_camera))
-        return result;
-    apply(wanted);
-    return MLResult_Ok;
+    return connectCamera(
+        connection, __func__, out_camera,
+        [&](const char *function) { return chooseDepth(function, settings, &wanted); }, [&] { apply(wanted); });
 }
 
 MLResult MLDepthCameraUpdateSettings(MLHandle camera, const MLDepthCameraSettings *settings) {
-    const CameraCall call(connection, camera, __func__);
-    if (call.isRefused())
-        return call.result();
     DepthChoice wanted{};
-    if (const auto result = chooseDepth(__func__, settings, &wanted))
-        return result;
-    if (connection.isDisconnected())
-        return MLResult_UnspecifiedFailure;
-    apply(wanted);
-    return MLResult_Ok;
+    return updateCamera(
+        connection, __func__, camera, [&](const char *function) { return chooseDepth(function, settings, &wanted); },
+        [&] { apply(wanted); });
 }
 
 MLResult MLDepthCameraGetLatestDepthData(MLHandle camera, uint64_t timeout_ms, MLDepthCameraData *inout_data) {
-    const CameraCall call(connection, camera, __func__);
-    if (call.isRefused())
-        return call.result();
-    if (inout_data == nullptr)
-        return refuseArgument(__func__, "inout_data is null");
-    if (inout_data->version != 3)
-        return refuseVersion(__func__, 3, inout_data->version);
-    if (const auto result = connection.beginGet())
-        return result;
-    beginFilm();
-    int64_t index = 0;
-    if (const auto result = connection.awaitFrame(timeout_ms, framesOf, &index))
-        return result;
-    lend(index, inout_data);
-    connection.delivered();
-    return MLResult_Ok;
+    return getFrames(connection, __func__, camera, timeout_ms, inout_data, {3, framesOf, lend, beginFilm});
 }
 
 MLResult MLDepthCameraReleaseDepthData(MLHandle camera, MLDepthCameraData *data) {
-    const CameraCall call(connection, camera, __func__);
-    if (call.isRefused())
-        return call.result();
-    return connection.release(data);
+    return releaseFrames(connection, __func__, camera, data);
 }
 
 MLResult MLDepthCameraGetCapabilities(MLHandle camera, const MLDepthCameraCapabilityFilter *filter,

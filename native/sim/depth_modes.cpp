@@ -11,10 +11,8 @@ bool isOnMains(const DepthMode &mode) {
 
 MLResult chooseDepth(const char *function, const MLDepthCameraSettings *settings, DepthChoice *out) {
     constexpr uint32_t kAllPlanes = 0x1f;
-    if (settings == nullptr)
-        return refuseArgument(function, "settings are null");
-    if (settings->version != 2)
-        return refuseVersion(function, 2, settings->version);
+    if (const auto result = checkStructure(function, settings, 2))
+        return result;
     if (settings->streams != MLDepthCameraStream_LongRange && settings->streams != MLDepthCameraStream_ShortRange)
         return refuseArgument(function, "streams is not exactly one of LongRange, ShortRange");
     const MLDepthCameraFrameType type = settings->streams == MLDepthCameraStream_LongRange

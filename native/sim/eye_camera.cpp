@@ -6,8 +6,8 @@
 #include <cstring>
 #include <vector>
 
-#include "camera_connection.h"
-#include "camera_faults.h"
+#include "camera_calls.h"
+#include "exposure.h"
 #include "head_path.h"
 #include "render_plans.h"
 #include "scene/render.h"
@@ -41,22 +41,21 @@ std::vector<View> views;
 RenderPlan renderPlan(const Position &position) {
     const auto headPath = HeadPath::current();
     const size_t count = headPath->frameCount(kTiming.rate_hz);
-    const auto sigma = static_cast<float>(number(Key::ImageNoise));
+    // The lamps about the display are brighter than the room, so the exposure is always the same.
+    const Photography photography(headPath, kTiming.rate_hz, kWorldExposureNanos[0]);
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 9;
     const auto draw = [=](size_t index, uint8_t *grey) {
         const double phase = static_cast<double>(index) / static_cast<double>(count);
-        renderEye(position.camera, phase, grey, kEyeWidth, {sigma, noiseSeed, index});
+        renderEye(position.camera, phase, grey, kEyeWidth, photography.noise(index, noiseSeed));
         return size_t{kBytes};
     };
-    const auto inputs = "seed=" + std::to_string(noiseSeed) + " noise=" + std::to_string(sigma);
+    const auto inputs = "seed=" + std::to_string(noiseSeed) + " " + photography.inputs();
     return {position.name, inputs, kBytes, count, draw};
 }
 
 MLResult check(const char *function, const MLEyeCameraSettings *settings) {
-    if (settings == nullptr)
-        return refuseArgument(function, "settings are null");
-    if (settings->version != 1)
-        return refuseVersion(function, 1, settings->version);
+    if (const auto result = checkStructure(function, settings, 1))
+        return result;
     if (settings->cameras == 0 || (settings->cameras & ~uint32_t{MLEyeCameraIdentifier_All}) != 0)
         return refuseArgument(function, "cameras are not some of the four");
     return MLResult_Ok;
@@ -96,19 +95,9 @@ MLEyeCameraFrame frameOf(const View &view, int64_t index, OddFrame odd, FrameLea
 }
 
 void lend(int64_t index, MLEyeCameraData *data) {
-    auto &lease = connection.lease(data, FrameLease::rounded((views.size() + 1) * sizeof(MLEyeCameraFrame)) +
-                                             views.size() * FrameLease::rounded(kBytes));
-    data->frames = lease.allocate<MLEyeCameraFrame>(views.size() + 1);
-    data->frame_count = 0;
-    for (size_t i = 0; i < views.size(); i++) {
-        const auto odd = oddFrameAt(kKind, index, i, views.size());
-        data->frames[data->frame_count++] = frameOf(views[i], index, odd, lease);
-        if (odd == OddFrame::Duplicate) {
-            data->frames[data->frame_count] = data->frames[data->frame_count - 1];
-            data->frame_count++;
-        }
-    }
-    corruptData(kKind, *data);
+    lendFrames<MLEyeCameraFrame>(
+        connection, kKind, index, views.size(), kBytes, data,
+        [&](size_t i, OddFrame odd, FrameLease &lease) { return frameOf(views[i], index, odd, lease); });
 }
 
 } // namespace
@@ -127,58 +116,23 @@ void resetEyeCamera() { connection.reset(); }
 using namespace ml2sim;
 
 MLResult MLEyeCameraConnect(const MLEyeCameraSettings *settings, MLHandle *out_cameras) {
-    passHold(__func__);
-    if (out_cameras == nullptr)
-        return refuseArgument(__func__, "out_cameras is null");
-    if (const auto result = check(__func__, settings))
-        return result;
-    if (const auto result = connection.open(out_cameras))
-        return result;
-    apply(*settings);
-    return MLResult_Ok;
+    return connectCamera(
+        connection, __func__, out_cameras, [=](const char *function) { return check(function, settings); },
+        [=] { apply(*settings); });
 }
 
 MLResult MLEyeCameraUpdateSettings(MLHandle cameras, const MLEyeCameraSettings *settings) {
-    const CameraCall call(connection, cameras, __func__);
-    if (call.isRefused())
-        return call.result();
-    if (const auto result = check(__func__, settings))
-        return result;
-    if (connection.isDisconnected())
-        return MLResult_UnspecifiedFailure;
-    apply(*settings);
-    return MLResult_Ok;
+    return updateCamera(
+        connection, __func__, cameras, [=](const char *function) { return check(function, settings); },
+        [=] { apply(*settings); });
 }
 
 MLResult MLEyeCameraGetLatestCameraData(MLHandle cameras, uint64_t timeout_ms, MLEyeCameraData *inout_data) {
-    const CameraCall call(connection, cameras, __func__);
-    if (call.isRefused())
-        return call.result();
-    if (inout_data == nullptr)
-        return refuseArgument(__func__, "inout_data is null");
-    if (inout_data->version != 1)
-        return refuseVersion(__func__, 1, inout_data->version);
-    if (const auto result = connection.beginGet())
-        return result;
-    int64_t index = 0;
-    if (const auto result = connection.awaitFrame(timeout_ms, framesOf, &index))
-        return result;
-    lend(index, inout_data);
-    connection.delivered();
-    return MLResult_Ok;
+    return getFrames(connection, __func__, cameras, timeout_ms, inout_data, {1, framesOf, lend});
 }
 
 MLResult MLEyeCameraReleaseCameraData(MLHandle cameras, MLEyeCameraData *data) {
-    const CameraCall call(connection, cameras, __func__);
-    if (call.isRefused())
-        return call.result();
-    return connection.release(data);
+    return releaseFrames(connection, __func__, cameras, data);
 }
 
-MLResult MLEyeCameraDisconnect(MLHandle cameras) {
-    const CameraCall call(connection, cameras, __func__);
-    if (call.isRefused())
-        return call.result();
-    connection.close();
-    return MLResult_Ok;
-}
+MLResult MLEyeCameraDisconnect(MLHandle cameras) { return disconnectCamera(connection, __func__, cameras); }

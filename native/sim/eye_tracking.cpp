@@ -51,10 +51,8 @@ MLResult MLEyeTrackingGetStaticData(MLHandle tracker, MLEyeTrackingStaticData *o
 MLResult MLEyeTrackingGetStateEx(MLHandle tracker, MLEyeTrackingStateEx *inout_state) {
     if (const auto result = trackers.check(__func__, tracker))
         return result;
-    if (inout_state == nullptr)
-        return refuseArgument(__func__, "inout_state is null");
-    if (inout_state->version != 2)
-        return refuseVersion(__func__, 2, inout_state->version);
+    if (const auto result = checkStructure(__func__, inout_state, 2))
+        return result;
     const bool isSeen = !isOn(Key::FaultGazeClosed);
     const float confidence = isSeen ? 1 : 0;
     *inout_state = {2, confidence, confidence, confidence, !isSeen, !isSeen, 0, mlTimeNow(), confidence, confidence};

@@ -21,7 +21,7 @@ namespace {
 constexpr int kRendererVersion = 2;
 
 constexpr size_t kDrawingThreads = 2;
-/** What the threads that draw have more than the process. */
+/** Added to the niceness of the process for the threads that draw. */
 constexpr int kNiceness = 5;
 
 /** FNV-1a. */

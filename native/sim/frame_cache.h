@@ -41,7 +41,7 @@ class FrameCache {
 
     /** A frame of a cache. */
     struct Place {
-        FrameCache *cache; ///< Of of(), which live as long as the process.
+        FrameCache *cache; ///< From of(), so it lives as long as the process.
         size_t index;
     };
 

@@ -44,7 +44,7 @@ class FrameFile {
     const int file_;
     const size_t stride_;
     const size_t count_;
-    uint8_t *start_; ///< Of a file: read-only.
+    uint8_t *start_; ///< The mapping; read-only if it is of a file.
 };
 
 } // namespace ml2sim

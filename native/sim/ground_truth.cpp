@@ -1,9 +1,12 @@
-// ml2sim_true_pose, ml2sim_true_head, ml2sim_landmarks, ml2sim_mounts: the ground truth for tests.
+// ml2sim_true_pose, ml2sim_true_head, ml2sim_reported_head, ml2sim_landmarks, ml2sim_mounts: the ground truth for
+// tests.
 #include <cstdarg>
 #include <cstdio>
 #include <string>
 
+#include "clock.h"
 #include "head_path.h"
+#include "imperfections.h"
 #include "ml2sim.h"
 #include "tracking.h"
 
@@ -25,11 +28,19 @@ std::string json(Vec3 v) {
     return text;
 }
 
-std::string json(const char *name, const Pose &pose) {
+std::string poseJson(const char *name, const Pose &pose) {
     const auto &q = pose.rotation;
     char rotation[128];
     std::snprintf(rotation, sizeof rotation, "[%.12g, %.12g, %.12g, %.12g]", q.x, q.y, q.z, q.w);
-    return std::string("\"") + name + "\": {\"rotation\": " + rotation + ", \"position\": " + json(pose.position) + "}";
+    return std::string("\"") + name + "\": {\"rotation\": " + rotation + ", \"position\": " + json(pose.position);
+}
+
+std::string json(const char *name, const Pose &pose) { return poseJson(name, pose) + "}"; }
+
+std::string json(const char *name, Imu unit) {
+    char late[48];
+    std::snprintf(late, sizeof late, ", \"late_s\": %.9f}", static_cast<double>(lateNanos(unit)) / kSecond);
+    return poseJson(name, mountInHead(unit)) + late;
 }
 
 /** Writes the tags. Each has four consecutive landmarks. */
@@ -75,6 +86,8 @@ int32_t ml2sim_true_pose(uint32_t camera, int64_t mltime_nanos, ml2sim_pose *out
 
 void ml2sim_true_head(int64_t mltime_nanos, ml2sim_pose *out) { write(trueHead(mltime_nanos), out); }
 
+void ml2sim_reported_head(int64_t mltime_nanos, ml2sim_pose *out) { write(reportedHead(mltime_nanos), out); }
+
 const char *ml2sim_landmarks(void) {
     thread_local std::string text;
     const auto room = HeadPath::scene();
@@ -86,7 +99,7 @@ const char *ml2sim_mounts(void) {
     thread_local std::string text;
     text = "{" + json("world_left", mount(Camera::WorldLeft)) + ", " + json("world_right", mount(Camera::WorldRight)) +
            ", " + json("world_center", mount(Camera::WorldCenter)) + ", " + json("depth", mount(Camera::Depth)) + ", " +
-           json("color", mount(Camera::Color)) + ", " + json("imu_left", mount(Imu::Left)) + ", " +
-           json("imu_right", mount(Imu::Right)) + ", " + json("imu_compute_pack", mount(Imu::ComputePack)) + "}";
+           json("color", mount(Camera::Color)) + ", " + json("imu_left", Imu::Left) + ", " +
+           json("imu_right", Imu::Right) + ", " + json("imu_compute_pack", Imu::ComputePack) + "}";
     return text.c_str();
 }

@@ -53,10 +53,8 @@ std::optional<Pose> handsInHead(const MLCoordinateFrameUID &id) {
 using namespace ml2sim;
 
 MLResult MLHandTrackingCreateEx(const MLHandTrackingSettings *settings, MLHandle *out_tracker) {
-    if (settings == nullptr)
-        return refuseArgument(__func__, "settings is null");
-    if (settings->version != 1)
-        return refuseVersion(__func__, 1, settings->version);
+    if (const auto result = checkStructure(__func__, settings, 1))
+        return result;
     return trackers.create(__func__, out_tracker, Key::FaultHandsPermission, MLResult_PermissionDenied);
 }
 
@@ -65,10 +63,8 @@ MLResult MLHandTrackingDestroy(MLHandle tracker) { return trackers.destroy(__fun
 MLResult MLHandTrackingGetData(MLHandle tracker, MLHandTrackingData *inout_data) {
     if (const auto result = trackers.check(__func__, tracker))
         return result;
-    if (inout_data == nullptr)
-        return refuseArgument(__func__, "inout_data is null");
-    if (inout_data->version != 3)
-        return refuseVersion(__func__, 3, inout_data->version);
+    if (const auto result = checkStructure(__func__, inout_data, 3))
+        return result;
     const double hidden = number(Key::HiddenKeyPoint);
     for (uint32_t hand = 0; hand < MLHandTrackingHandType_Count; hand++) {
         auto &state = inout_data->hand_state[hand];
@@ -84,13 +80,12 @@ MLResult MLHandTrackingGetData(MLHandle tracker, MLHandTrackingData *inout_data)
 MLResult MLHandTrackingGetStaticData(MLHandle tracker, MLHandTrackingStaticData *inout_data) {
     if (const auto result = trackers.check(__func__, tracker))
         return result;
-    if (inout_data == nullptr)
-        return refuseArgument(__func__, "inout_data is null");
-    if (inout_data->version != 3)
-        return refuseVersion(__func__, 3, inout_data->version);
+    if (const auto result = checkStructure(__func__, inout_data, 3))
+        return result;
     for (uint32_t hand = 0; hand < MLHandTrackingHandType_Count; hand++)
         for (uint32_t i = 0; i < MLHandTrackingKeyPoint_Count; i++) {
-            inout_data->hand_cfuids[hand].keypoint_cfuids[i] = frameOf(hand, i);
+            inout_data->hand_cfuids[hand].keypoint_cfuids[i] =
+                frameOf(hand, (i + static_cast<uint32_t>(number(Key::AssumeKeyPoints))) % MLHandTrackingKeyPoint_Count);
             inout_data->unfiltered_hand_cfuids[hand].keypoint_cfuids[i] = {};
         }
     return MLResult_Ok;

@@ -28,6 +28,12 @@ std::string contents(const std::string &path) {
 
 uint64_t seed() { return static_cast<uint64_t>(number(Key::Seed)); }
 
+TagKind tagKind() {
+    constexpr const char *kNames[] = {"4X4_50", "5X5_100", "36h11", "QR"};
+    const auto found = std::find(std::begin(kNames), std::end(kNames), text(Key::Tags));
+    return static_cast<TagKind>(found - std::begin(kNames));
+}
+
 } // namespace
 
 HeadPath::HeadPath(Trajectory trajectory, bool isLoop, std::string inputs)
@@ -36,7 +42,7 @@ HeadPath::HeadPath(Trajectory trajectory, bool isLoop, std::string inputs)
       start_(kNotStarted) {}
 
 std::shared_ptr<HeadPath> HeadPath::fromKeys() {
-    const auto room = "seed=" + std::to_string(seed());
+    const auto room = "seed=" + std::to_string(seed()) + " tags=" + text(Key::Tags);
     const auto path = text(Key::Trajectory);
     if (!path.empty())
         return std::shared_ptr<HeadPath>(
@@ -62,11 +68,13 @@ std::string HeadPath::refresh() {
     }
 }
 
-Motion HeadPath::at(int64_t mltime) const {
+Motion HeadPath::at(int64_t mltime) const { return trajectory_.at(secondsAt(mltime)); }
+
+double HeadPath::secondsAt(int64_t mltime) const {
     if (isLoop_)
-        return trajectory_.at(static_cast<double>(mltime % loopNanos_) / kSecond);
+        return static_cast<double>(mltime % loopNanos_) / kSecond;
     const int64_t start = start_;
-    return trajectory_.at(start == kNotStarted ? 0 : static_cast<double>(mltime - start) / kSecond);
+    return start == kNotStarted ? 0 : static_cast<double>(mltime - start) / kSecond;
 }
 
 void HeadPath::start() {
@@ -100,10 +108,13 @@ std::shared_ptr<const Scene> HeadPath::scene() {
     static std::mutex building;
     // Never destroyed: frames may be drawn while the process ends.
     static auto &scene = *new std::shared_ptr<const Scene>;
-    static uint64_t builtSeed;
+    static std::pair<uint64_t, TagKind> built;
     const std::lock_guard lock(building);
-    if (!scene || builtSeed != seed())
-        scene = std::make_shared<const Scene>(builtSeed = seed());
+    const std::pair wanted(seed(), tagKind());
+    if (!scene || built != wanted) {
+        built = wanted;
+        scene = std::make_shared<const Scene>(wanted.first, wanted.second);
+    }
     return scene;
 }
 

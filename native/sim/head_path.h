@@ -27,6 +27,12 @@ class HeadPath {
     /** Returns the motion of the head in the scene. */
     Motion at(int64_t mltime) const;
 
+    /** Returns where on the path the head is at a time: the seconds since its beginning. */
+    double secondsAt(int64_t mltime) const;
+
+    /** Returns after how many seconds the path repeats, or 0 if it does not. */
+    double periodSeconds() const { return isLoop_ ? trajectory_.durationSeconds() : 0; }
+
     /** Starts a path that does not loop at the next whole second. Later calls have no effect. */
     void start();
 

@@ -69,10 +69,8 @@ MLResult MLHeadTrackingGetStateEx(MLHandle tracker, MLHeadTrackingStateEx *inout
     auto found = trackers.find(__func__, tracker);
     if (!found)
         return MLResult_InvalidParam;
-    if (inout_state == nullptr)
-        return refuseArgument(__func__, "inout_state is null");
-    if (inout_state->version != 1)
-        return refuseVersion(__func__, 1, inout_state->version);
+    if (const auto result = checkStructure(__func__, inout_state, 1))
+        return result;
     inout_state->status = statusOf(*found);
     inout_state->confidence = inout_state->status == MLHeadTrackingStatus_Valid ? 1 : 0;
     inout_state->error =

@@ -108,9 +108,13 @@ ML2SIM_API int32_t ml2sim_true_pose(uint32_t camera, int64_t mltime_nanos, ml2si
 
 ML2SIM_API void ml2sim_true_head(int64_t mltime_nanos, ml2sim_pose *out);
 
+/** Writes the pose of the head that head tracking reports, with its errors. While tracking is lost, it is the last. */
+ML2SIM_API void ml2sim_reported_head(int64_t mltime_nanos, ml2sim_pose *out);
+
 /**
  * Writes the measurements of an inertial unit in its Android axes: specific force in m/s^2 (9.81 upwards at rest),
  * angular velocity in rad/s, magnetic field in tesla. Bias and noise follow the keys; equal times give equal values.
+ * The noise is that of 200 samples per second, of the magnetic field 50. The compute pack swings while there is noise.
  * Any of the three may be null. Returns 0, or -1 for an unknown unit.
  */
 ML2SIM_API int32_t ml2sim_imu(uint32_t unit, int64_t boottime_nanos, float accel[3], float gyro[3], float mag[3]);
@@ -158,7 +162,10 @@ ML2SIM_API void ml2sim_color_pixels(const uint8_t *jpeg, uint32_t jpeg_bytes, ui
  */
 ML2SIM_API const char *ml2sim_landmarks(void);
 
-/** Returns the poses of sensors in the head, {"<sensor>": {"rotation": [x, y, z, w], "position": [x, y, z]}}. */
+/**
+ * Returns the poses of sensors in the head, {"<sensor>": {"rotation": [x, y, z, w], "position": [x, y, z]}}. Inertial
+ * units also have "late_s", by how much their stamps are late. Valid until this thread's next call.
+ */
 ML2SIM_API const char *ml2sim_mounts(void);
 
 #ifdef __cplusplus

@@ -9,6 +9,10 @@
 
 namespace ml2sim {
 
+/** The exposures of a world camera in moderate light: normal and low. */
+constexpr int64_t kWorldExposureNanos[] = {5000000, 1000000};
+constexpr int64_t kColorExposureNanos = 8000000;
+
 RenderPlan worldRenderPlan(MLWorldCameraIdentifier camera, MLWorldCameraFrameType exposure);
 
 /** A frame has the planes of the choice one after the other, in the order of the bits of MLDepthCameraFlags. */

@@ -164,10 +164,8 @@ MLResult MLSnapshotGetTransform(const MLSnapshot *snapshot, const MLCoordinateFr
 
 MLResult MLSnapshotGetTransformWithDerivatives(const MLSnapshot *snapshot, const MLCoordinateFrameUID *id,
                                                MLTransform *out_transform, MLTransformDerivatives *out_derivatives) {
-    if (out_derivatives == nullptr)
-        return refuseArgument(__func__, "out_derivatives is null");
-    if (out_derivatives->version != 1)
-        return refuseVersion(__func__, 1, out_derivatives->version);
+    if (const auto result = checkStructure(__func__, out_derivatives, 1))
+        return result;
     if (const auto result = MLSnapshotGetTransform(snapshot, id, out_transform))
         return result;
     if (!isSame(*id, kHeadFrame))
@@ -178,10 +176,8 @@ MLResult MLSnapshotGetTransformWithDerivatives(const MLSnapshot *snapshot, const
 }
 
 MLResult MLSnapshotGetStaticData(MLSnapshotStaticData *out_data) {
-    if (out_data == nullptr)
-        return refuseArgument(__func__, "out_data is null");
-    if (out_data->version != 1)
-        return refuseVersion(__func__, 1, out_data->version);
+    if (const auto result = checkStructure(__func__, out_data, 1))
+        return result;
     if (!isPerceptionStarted())
         return MLResult_PerceptionSystemNotStarted;
     out_data->coord_world_origin = originOf(sessionNumber());

@@ -6,6 +6,7 @@
 
 #include "clock.h"
 #include "head_path.h"
+#include "imperfections.h"
 #include "ml_perception.h"
 
 namespace ml2sim {
@@ -45,7 +46,8 @@ Pose trueHead(int64_t mltime) { return inWorld(HeadPath::current()->at(mltime).h
 Pose reportedHead(int64_t mltime) {
     const State now = stateNow();
     const bool isStale = now.tracking != kTracked && mltime > now.lostSince;
-    return compose(now.worldFromScene, HeadPath::current()->at(isStale ? now.lostSince : mltime).head);
+    const int64_t time = isStale ? now.lostSince : mltime;
+    return compose(now.worldFromScene, withTrackingErrors(HeadPath::current()->at(time).head, time));
 }
 
 MLTransform reportedCamera(Camera camera, int64_t mltime) {

@@ -7,8 +7,8 @@
 #include <mutex>
 #include <vector>
 
-#include "camera_connection.h"
-#include "camera_faults.h"
+#include "camera_calls.h"
+#include "exposure.h"
 #include "head_path.h"
 #include "render_plans.h"
 #include "scene/render.h"
@@ -65,8 +65,9 @@ std::shared_ptr<const RayTable> raysOf(double tangential) {
 
 RenderPlan renderPlan(const Position &position, MLWorldCameraFrameType type) {
     const auto headPath = HeadPath::current();
-    const float gain = type == MLWorldCameraFrameType_LowExposure ? kLowExposureGain : 1;
-    const auto sigma = static_cast<float>(number(Key::ImageNoise));
+    const bool isLow = (type == MLWorldCameraFrameType_LowExposure) != isOn(Key::AssumeNormalExposure);
+    const float gain = isLow ? kLowExposureGain : 1;
+    const Photography photography(headPath, kTiming.rate_hz, kWorldExposureNanos[isLow ? 1 : 0]);
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + position.id;
     const double tangential = number(Key::Tangential);
     const auto shape = lensOfKeys();
@@ -74,19 +75,18 @@ RenderPlan renderPlan(const Position &position, MLWorldCameraFrameType type) {
     const auto draw = [=](size_t index, uint8_t *grey) {
         const Pose camera = compose(headPath->atFrame(index, kTiming.rate_hz).head, mount(position.camera));
         const auto rays = raysOf(tangential);
-        renderWorld(*HeadPath::scene(), *rays, camera, grey, rays->width, gain, {sigma, noiseSeed, index});
+        renderWorld(*HeadPath::scene(), *rays, camera, grey, rays->width,
+                    photography.shot(index, position.camera, gain, noiseSeed));
         return bytes;
     };
-    const auto inputs = headPath->inputs() + " tangential=" + std::to_string(tangential) +
-                        " noise=" + std::to_string(sigma) + " gain=" + std::to_string(gain);
+    const auto inputs = headPath->inputs() + " tangential=" + std::to_string(tangential) + " " + photography.inputs() +
+                        " gain=" + std::to_string(gain);
     return {position.name, inputs, bytes, headPath->frameCount(kTiming.rate_hz), draw};
 }
 
 MLResult check(const char *function, const MLWorldCameraSettings *settings) {
-    if (settings == nullptr)
-        return refuseArgument(function, "settings are null");
-    if (settings->version != 1)
-        return refuseVersion(function, 1, settings->version);
+    if (const auto result = checkStructure(function, settings, 1))
+        return result;
     if (settings->cameras == 0 || (settings->cameras & ~uint32_t{MLWorldCameraIdentifier_All}) != 0)
         return refuseArgument(function, "cameras are not some of Left, Right, Center");
     if (settings->mode == 0 || (settings->mode & ~kModes) != 0)
@@ -179,20 +179,9 @@ void lend(int64_t index, MLWorldCameraData *data) {
         if (isLive(view))
             live.push_back(view);
     const uint32_t stride = lens.width + static_cast<uint32_t>(number(Key::StridePadding));
-    const size_t perFrame = FrameLease::rounded(size_t{stride} * lens.height);
-    auto &lease = connection.lease(data, FrameLease::rounded((live.size() + 1) * sizeof(MLWorldCameraFrame)) +
-                                             live.size() * perFrame);
-    data->frames = lease.allocate<MLWorldCameraFrame>(live.size() + 1);
-    data->frame_count = 0;
-    for (size_t i = 0; i < live.size(); i++) {
-        const auto odd = oddFrameAt(kKind, index, i, live.size());
-        data->frames[data->frame_count++] = frameOf(live[i], index, stride, odd, lease);
-        if (odd == OddFrame::Duplicate) {
-            data->frames[data->frame_count] = data->frames[data->frame_count - 1];
-            data->frame_count++;
-        }
-    }
-    corruptData(kKind, *data);
+    lendFrames<MLWorldCameraFrame>(
+        connection, kKind, index, live.size(), size_t{stride} * lens.height, data,
+        [&](size_t i, OddFrame odd, FrameLease &lease) { return frameOf(live[i], index, stride, odd, lease); });
 }
 
 } // namespace
@@ -211,58 +200,24 @@ void resetWorldCamera() { connection.reset(); }
 using namespace ml2sim;
 
 MLResult MLWorldCameraConnect(const MLWorldCameraSettings *settings, MLHandle *out_cameras) {
-    passHold(__func__);
-    if (out_cameras == nullptr)
-        return refuseArgument(__func__, "out_cameras is null");
-    if (const auto result = check(__func__, settings))
-        return result;
-    if (const auto result = connection.open(out_cameras))
-        return result;
-    apply(*settings);
-    return MLResult_Ok;
+    return connectCamera(
+        connection, __func__, out_cameras, [=](const char *function) { return check(function, settings); },
+        [=] { apply(*settings); });
 }
 
 MLResult MLWorldCameraUpdateSettings(MLHandle cameras, const MLWorldCameraSettings *settings) {
-    const CameraCall call(connection, cameras, __func__);
-    if (call.isRefused())
-        return call.result();
-    if (const auto result = check(__func__, settings))
-        return result;
-    if (connection.isDisconnected())
-        return MLResult_UnspecifiedFailure;
-    apply(*settings);
-    return MLResult_Ok;
+    return updateCamera(
+        connection, __func__, cameras, [=](const char *function) { return check(function, settings); },
+        [=] { apply(*settings); });
 }
 
 MLResult MLWorldCameraGetLatestWorldCameraData(MLHandle cameras, uint64_t timeout_ms, MLWorldCameraData **inout_data) {
-    const CameraCall call(connection, cameras, __func__);
-    if (call.isRefused())
-        return call.result();
-    if (inout_data == nullptr || *inout_data == nullptr)
-        return refuseArgument(__func__, "inout_data must point to an initialised structure of the caller's");
-    if ((*inout_data)->version != 1)
-        return refuseVersion(__func__, 1, (*inout_data)->version);
-    if (const auto result = connection.beginGet())
-        return result;
-    int64_t index = 0;
-    if (const auto result = connection.awaitFrame(timeout_ms, framesOf, &index, anyLive))
-        return result;
-    lend(index, *inout_data);
-    connection.delivered();
-    return MLResult_Ok;
+    return getFrames(connection, __func__, cameras, timeout_ms, inout_data == nullptr ? nullptr : *inout_data,
+                     {1, framesOf, lend, [] {}, anyLive});
 }
 
 MLResult MLWorldCameraReleaseCameraData(MLHandle cameras, MLWorldCameraData *data) {
-    const CameraCall call(connection, cameras, __func__);
-    if (call.isRefused())
-        return call.result();
-    return connection.release(data);
+    return releaseFrames(connection, __func__, cameras, data);
 }
 
-MLResult MLWorldCameraDisconnect(MLHandle cameras) {
-    const CameraCall call(connection, cameras, __func__);
-    if (call.isRefused())
-        return call.result();
-    connection.close();
-    return MLResult_Ok;
-}
+MLResult MLWorldCameraDisconnect(MLHandle cameras) { return disconnectCamera(connection, __func__, cameras); }

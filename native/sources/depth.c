@@ -163,8 +163,9 @@ static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml
     return ML2S_OK;
 }
 
-static ml2s_result copy_frame(const ml2s_settings *settings, const MLDepthCameraFrame *from, ml2s_frame *frame,
+static ml2s_result copy_frame(const ml2s_settings *settings, const void *depth_frame, ml2s_frame *frame,
                               ml2s_error *error) {
+    const MLDepthCameraFrame *from = depth_frame;
     ml2s_result result =
         frameset_check_size(frame->stream, from->intrinsics.width, from->intrinsics.height, "depth", error);
     return result               ? result
@@ -172,27 +173,20 @@ static ml2s_result copy_frame(const ml2s_settings *settings, const MLDepthCamera
                                 : copy_depth(from, settings->wants, frame, error);
 }
 
-/** Ignores frames of the other range, which can follow a change of range. */
-static void copy(const ml2s_settings *settings, const MLDepthCameraData *data, struct frameset *set,
-                 ml2s_error *error) {
-    if (array_check(data->frames, data->frame_count, MLDepthCameraFrameType_Count, "depth", error)) {
-        frameset_skip_all(set);
-        return;
+static ml2s_result find_stream(const ml2s_settings *settings, const void *depth_frame, uint32_t *stream,
+                               ml2s_error *error) {
+    const MLDepthCameraFrame *from = depth_frame;
+    if (from->frame_type >= MLDepthCameraFrameType_Count) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: unexpected frame of type %u", from->frame_type);
     }
-    uint32_t stream = is_infra(settings) ? ML2S_STREAM_INFRA : ML2S_STREAM_DEPTH;
-    for (uint32_t i = 0; i < data->frame_count; i++) {
-        const MLDepthCameraFrame *from = &data->frames[i];
-        if (from->frame_type >= MLDepthCameraFrameType_Count) {
-            error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: unexpected frame of type %u", from->frame_type);
-            frameset_skip_unknown(set);
-        } else if (from->frame_type == type_of(settings)) {
-            ml2s_frame *to = frameset_add(set, stream, error);
-            if (to) {
-                frameset_complete(set, to, copy_frame(settings, from, to, error));
-            }
-        }
+    if (from->frame_type == type_of(settings)) {
+        *stream = is_infra(settings) ? ML2S_STREAM_INFRA : ML2S_STREAM_DEPTH;
     }
+    return ML2S_OK;
 }
+
+static const struct camera depth = {"depth", MLDepthCameraFrameType_Count, sizeof(MLDepthCameraFrame), find_stream,
+                                    copy_frame};
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
@@ -203,7 +197,7 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     if (result) {
         return result;
     }
-    copy(settings, &data, set, error);
+    frameset_copy(set, &depth, settings, data.frames, data.frame_count, error);
     return SDK_CALL(error, depth, MLDepthCameraReleaseDepthData, camera, &data);
 }
 

@@ -55,19 +55,22 @@ static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
     return result ? result : SDK_CALL(error, eye, MLEyeCameraUpdateSettings, cameras, &vendor);
 }
 
-static ml2s_result copy_frame(const MLEyeCameraFrame *from, uint32_t stream, ml2s_frame *frame, ml2s_error *error) {
+static ml2s_result copy_frame(const ml2s_settings *settings, const void *eye_frame, ml2s_frame *frame,
+                              ml2s_error *error) {
+    (void)settings;
+    const MLEyeCameraFrame *from = eye_frame;
     const MLEyeCameraFrameBuffer *buffer = &from->frame_buffer;
     struct picture picture = {buffer->data,   buffer->width,           buffer->height,
                               buffer->stride, buffer->bytes_per_pixel, buffer->size};
     ml2s_result result = picture_check(&picture, 1, "eye camera", error);
-    if (result || (result = frameset_check_size(stream, buffer->width, buffer->height, "eye camera", error))) {
+    if (result || (result = frameset_check_size(frame->stream, buffer->width, buffer->height, "eye camera", error))) {
         return result;
     }
     if (buffer->pixel_stride != 1) {
         return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: pixel stride %u, expected 1",
                          buffer->pixel_stride);
     }
-    frame_begin(frame, stream, buffer->width, buffer->height);
+    frame_begin(frame, frame->stream, buffer->width, buffer->height);
     frame->frame_number = from->frame_number;
     if (!(result = frame_set_time(frame, from->timestamp, error))) {
         frame_copy_image(frame, &picture);
@@ -75,45 +78,30 @@ static ml2s_result copy_frame(const MLEyeCameraFrame *from, uint32_t stream, ml2
     return result;
 }
 
-static ml2s_result find_stream(MLEyeCameraIdentifier id, uint32_t *stream, ml2s_error *error) {
+static ml2s_result find_stream(const ml2s_settings *settings, const void *eye_frame, uint32_t *stream,
+                               ml2s_error *error) {
+    (void)settings;
+    const MLEyeCameraFrame *from = eye_frame;
     for (int i = 0; i < CAMERAS; i++) {
-        if (known[i].id == id) {
+        if (known[i].id == from->camera_id) {
             *stream = known[i].stream;
             return ML2S_OK;
         }
     }
-    return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: unknown camera %u", id);
+    return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: unknown camera %u", from->camera_id);
 }
 
-/** Ignores frames of other cameras, which can follow a change of settings. */
-static void copy(const MLEyeCameraData *data, struct frameset *set, ml2s_error *error) {
-    if (array_check(data->frames, data->frame_count, CAMERAS, "eye camera", error)) {
-        frameset_skip_all(set);
-        return;
-    }
-    for (uint32_t i = 0; i < data->frame_count; i++) {
-        uint32_t stream = 0;
-        if (find_stream(data->frames[i].camera_id, &stream, error)) {
-            frameset_skip_unknown(set);
-        } else if (set->streams & ML2S_STREAM_BIT(stream)) {
-            ml2s_frame *to = frameset_add(set, stream, error);
-            if (to) {
-                frameset_complete(set, to, copy_frame(&data->frames[i], stream, to, error));
-            }
-        }
-    }
-}
+static const struct camera eye = {"eye camera", CAMERAS, sizeof(MLEyeCameraFrame), find_stream, copy_frame};
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
-    (void)settings;
     MLEyeCameraData data;
     MLEyeCameraDataInit(&data);
     ml2s_result result = SDK_CALL(error, eye, MLEyeCameraGetLatestCameraData, cameras, millis_of(timeout_nanos), &data);
     if (result) {
         return result;
     }
-    copy(&data, set, error);
+    frameset_copy(set, &eye, settings, data.frames, data.frame_count, error);
     return SDK_CALL(error, eye, MLEyeCameraReleaseCameraData, cameras, &data);
 }
 

@@ -28,17 +28,6 @@ ml2s_result picture_check(const struct picture *picture, uint32_t bytes_per_pixe
     return ML2S_OK;
 }
 
-ml2s_result array_check(const void *frames, uint32_t count, uint32_t most, const char *name, ml2s_error *error) {
-    if (count > most) {
-        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u frames at once, expected at most %u", name, count,
-                         most);
-    }
-    if (count && !frames) {
-        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u frames, but the pointer to them is null", name, count);
-    }
-    return ML2S_OK;
-}
-
 void frame_begin(ml2s_frame *frame, uint32_t stream, uint32_t width, uint32_t height) {
     uint32_t skipped = frame->skipped;
     memset(frame, 0, sizeof *frame);

@@ -19,9 +19,6 @@ struct picture {
  */
 ml2s_result picture_check(const struct picture *picture, uint32_t bytes_per_pixel, const char *name, ml2s_error *error);
 
-/** Returns ML2S_VENDOR_FAILURE if the vendor's array frames is null or has more than most elements. */
-ml2s_result array_check(const void *frames, uint32_t count, uint32_t most, const char *name, ml2s_error *error);
-
 /** Resets frame to one of stream without a slot. Keeps its count of skipped frames. */
 void frame_begin(ml2s_frame *frame, uint32_t stream, uint32_t width, uint32_t height);
 

@@ -39,12 +39,42 @@ void frameset_complete(struct frameset *set, ml2s_frame *frame, ml2s_result resu
     }
 }
 
-void frameset_skip_unknown(struct frameset *set) { set->unknown_frames++; }
-
-void frameset_skip_all(struct frameset *set) {
+/** Skips one frame of every stream, if the capture cannot be read at all. */
+static void skip_all(struct frameset *set) {
     for (uint32_t stream = 0; stream < ML2S_STREAM_COUNT; stream++) {
         if (set->streams & ML2S_STREAM_BIT(stream)) {
             skip(set, stream);
+        }
+    }
+}
+
+static ml2s_result check_array(const void *frames, uint32_t count, uint32_t most, const char *name, ml2s_error *error) {
+    if (count > most) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u frames at once, expected at most %u", name, count,
+                         most);
+    }
+    if (count && !frames) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u frames, but the pointer to them is null", name, count);
+    }
+    return ML2S_OK;
+}
+
+void frameset_copy(struct frameset *set, const struct camera *camera, const ml2s_settings *settings, const void *frames,
+                   uint32_t count, ml2s_error *error) {
+    if (check_array(frames, count, camera->most_frames, camera->name, error)) {
+        skip_all(set);
+        return;
+    }
+    const uint8_t *from = frames;
+    for (uint32_t i = 0; i < count; i++, from += camera->frame_bytes) {
+        uint32_t stream = ML2S_STREAM_COUNT;
+        if (camera->find_stream(settings, from, &stream, error)) {
+            set->unknown_frames++;
+        } else if (stream < ML2S_STREAM_COUNT && set->streams & ML2S_STREAM_BIT(stream)) {
+            ml2s_frame *frame = frameset_add(set, stream, error);
+            if (frame) {
+                frameset_complete(set, frame, camera->copy(settings, from, frame, error));
+            }
         }
     }
 }

@@ -21,11 +21,20 @@ ml2s_frame *frameset_add(struct frameset *set, uint32_t stream, ml2s_error *erro
 /** Completes the frame of the last frameset_add, or skips it if result is a failure. */
 void frameset_complete(struct frameset *set, ml2s_frame *frame, ml2s_result result);
 
-/** Skips a frame that belongs to no stream. */
-void frameset_skip_unknown(struct frameset *set);
+/** The frames of one of the vendor's cameras, which are structures of frame_bytes. */
+struct camera {
+    const char *name; /**< Begins error messages. */
+    uint32_t most_frames;
+    uint32_t frame_bytes;
+    /** Finds the stream of a frame; ML2S_STREAM_COUNT if settings want another exposure or range. */
+    ml2s_result (*find_stream)(const ml2s_settings *settings, const void *from, uint32_t *stream, ml2s_error *error);
+    /** Fills the frame of a stream. */
+    ml2s_result (*copy)(const ml2s_settings *settings, const void *from, ml2s_frame *frame, ml2s_error *error);
+};
 
-/** Skips one frame of every stream, if the capture cannot be read at all. */
-void frameset_skip_all(struct frameset *set);
+/** Adds the frames of a capture. Ignores those of streams that are not requested, which can follow a change. */
+void frameset_copy(struct frameset *set, const struct camera *camera, const ml2s_settings *settings, const void *frames,
+                   uint32_t count, ml2s_error *error);
 
 /** Assigns unknown frames to streams, first to those without a frame. Returns true if a frame is usable. */
 bool frameset_finish(struct frameset *set);

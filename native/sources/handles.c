@@ -44,11 +44,15 @@ static ml2s_result find(ml2s_handle id, struct handle **out, ml2s_error *error) 
     return ML2S_OK;
 }
 
-static ml2s_result check(const ml2s_settings *settings, const struct source_ops **ops, ml2s_error *error) {
-    if (!error_is_valid(error) || !settings || settings->struct_size < sizeof *settings) {
+/** Checks settings, and copies them with 0 for what an older caller does not know. */
+static ml2s_result check(const ml2s_settings *given, ml2s_settings *settings, const struct source_ops **ops,
+                         ml2s_error *error) {
+    if (!error_is_valid(error) || !given || given->struct_size < offsetof(ml2s_settings, marker_type)) {
         return error_set(error_is_valid(error) ? error : NULL, ML2S_INVALID_ARGUMENT, 0,
                          "settings: struct_size is smaller than the structure, or settings is null");
     }
+    *settings = (ml2s_settings){0};
+    memcpy(settings, given, given->struct_size < sizeof *settings ? given->struct_size : sizeof *settings);
     ml2s_result result = sensor_find_ops(settings->sensor, settings->backend, ops, error);
     if (result) {
         return result;
@@ -62,27 +66,28 @@ static ml2s_result check(const ml2s_settings *settings, const struct source_ops 
     return ML2S_OK;
 }
 
-ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_error *error) {
+ml2s_result ml2s_open(const ml2s_settings *given, ml2s_handle *out, ml2s_error *error) {
     const struct source_ops *ops;
-    ml2s_result result = check(settings, &ops, error);
+    ml2s_settings settings;
+    ml2s_result result = check(given, &settings, &ops, error);
     if (result || !out) {
         return result ? result : error_set(error, ML2S_INVALID_ARGUMENT, 0, "ml2s_open: out is null");
     }
     if ((result = source_require(ops, error))) {
         return result;
     }
-    const struct sensor *sensor = &sensors[settings->sensor];
-    uint32_t index = settings->backend << SENSOR_BITS | settings->sensor;
+    const struct sensor *sensor = &sensors[settings.sensor];
+    uint32_t index = settings.backend << SENSOR_BITS | settings.sensor;
     struct handle *handle = &handles[index];
     if (atomic_exchange(&handle->is_taken, true)) {
         return error_set(error, ML2S_BUSY, 0, "the sensor %s is open already: close it first", sensor->name);
     }
     handle->ops = ops;
-    handle->settings = *settings;
+    handle->settings = settings;
     handle->unusable_captures = 0;
     handle->last_failure = (ml2s_error){.struct_size = sizeof(ml2s_error)};
     clock_resample();
-    frameset_forget_sizes(settings->streams);
+    frameset_forget_sizes(settings.streams);
     result = handle->ops->open(&handle->settings, error);
     if (result) {
         atomic_store(&handle->is_taken, false);
@@ -94,20 +99,21 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
     return ML2S_OK;
 }
 
-ml2s_result ml2s_configure(ml2s_handle id, const ml2s_settings *settings, ml2s_error *error) {
+ml2s_result ml2s_configure(ml2s_handle id, const ml2s_settings *given, ml2s_error *error) {
     struct handle *handle;
     const struct source_ops *ops;
+    ml2s_settings settings;
     ml2s_result result = find(id, &handle, error);
-    if (result || (result = check(settings, &ops, error))) {
+    if (result || (result = check(given, &settings, &ops, error))) {
         return result;
     }
-    if (settings->sensor != handle->settings.sensor || settings->backend != handle->settings.backend) {
+    if (settings.sensor != handle->settings.sensor || settings.backend != handle->settings.backend) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0,
                          "ml2s_configure: the sensor or backend differs from that of the handle; open another one");
     }
-    result = handle->ops->configure ? handle->ops->configure(settings, error) : ML2S_OK;
+    result = handle->ops->configure ? handle->ops->configure(&settings, error) : ML2S_OK;
     if (!result) {
-        handle->settings = *settings;
+        handle->settings = settings;
     }
     return result;
 }

@@ -19,6 +19,8 @@ const struct sensor sensors[1 << SENSOR_BITS] = {
     [ML2S_SENSOR_CONTROLLER] = {"controller", BIT(CONTROLLER), &source_controller, &openxr_action_pose},
     [ML2S_SENSOR_CONTROLLER_INPUT] = {"controller input", BIT(CONTROLLER_JOY), &source_controller_input,
                                       &openxr_controller_input},
+    [ML2S_SENSOR_MARKERS] = {"markers", BIT(MARKERS), NULL, &openxr_markers},
+    [ML2S_SENSOR_MAP] = {"map", BIT(MAP), NULL, &openxr_map},
 };
 
 ml2s_result sensor_find_ops(uint32_t sensor, uint32_t backend, const struct source_ops **ops, ml2s_error *error) {
@@ -29,7 +31,9 @@ ml2s_result sensor_find_ops(uint32_t sensor, uint32_t backend, const struct sour
         return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: unknown backend %u", sensors[sensor].name, backend);
     }
     *ops = backend == ML2S_BACKEND_SDK ? sensors[sensor].sdk : sensors[sensor].openxr;
-    return ML2S_OK;
+    return *ops ? ML2S_OK
+                : error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: %s (the backend is openxr)",
+                            sensors[sensor].name);
 }
 
 ml2s_result source_require(const struct source_ops *ops, ml2s_error *error) {

@@ -12,7 +12,7 @@
 
 enum { SOURCE_MAX_FRAMES = 4 }; /**< Frames of one poll: four eye cameras. */
 
-/** Where the readings of one poll go: memory of the caller, whose structures can be larger. */
+/** The memory for the readings of one poll. It belongs to the caller, whose structures can be larger. */
 struct readings {
     uint8_t *memory;
     uint32_t struct_size, capacity, count;
@@ -55,4 +55,5 @@ extern const struct source_ops source_depth, source_world, source_eye, source_he
     source_hands, source_controller, source_controller_input;
 
 /** Sources of ML2S_BACKEND_OPENXR: pixels are depth, world, eye and color, action_pose is gaze and controller. */
-extern const struct source_ops openxr_pixels, openxr_head, openxr_action_pose, openxr_hands, openxr_controller_input;
+extern const struct source_ops openxr_pixels, openxr_head, openxr_action_pose, openxr_hands, openxr_controller_input,
+    openxr_markers, openxr_map;

@@ -57,15 +57,18 @@ static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
     return SDK_CALL(error, world, MLWorldCameraUpdateSettings, cameras, &vendor);
 }
 
-static ml2s_result copy_frame(const MLWorldCameraFrame *from, uint32_t stream, ml2s_frame *frame, ml2s_error *error) {
+static ml2s_result copy_frame(const ml2s_settings *settings, const void *world_frame, ml2s_frame *frame,
+                              ml2s_error *error) {
+    (void)settings;
+    const MLWorldCameraFrame *from = world_frame;
     const MLWorldCameraFrameBuffer *buffer = &from->frame_buffer;
     struct picture picture = {buffer->data,   buffer->width,           buffer->height,
                               buffer->stride, buffer->bytes_per_pixel, buffer->size};
     ml2s_result result = picture_check(&picture, 1, "world camera", error);
-    if (result || (result = frameset_check_size(stream, buffer->width, buffer->height, "world camera", error))) {
+    if (result || (result = frameset_check_size(frame->stream, buffer->width, buffer->height, "world camera", error))) {
         return result;
     }
-    frame_begin(frame, stream, buffer->width, buffer->height);
+    frame_begin(frame, frame->stream, buffer->width, buffer->height);
     frame->frame_number = from->frame_number;
     frame->lens = ML2S_LENS_FISHEYE_TANGENTIAL;
     memcpy(frame->distortion, from->intrinsics.radial_distortion, sizeof from->intrinsics.radial_distortion);
@@ -79,38 +82,23 @@ static ml2s_result copy_frame(const MLWorldCameraFrame *from, uint32_t stream, m
     return result;
 }
 
-static ml2s_result find_stream(const MLWorldCameraFrame *frame, uint32_t *stream, ml2s_error *error) {
+static ml2s_result find_stream(const ml2s_settings *settings, const void *world_frame, uint32_t *stream,
+                               ml2s_error *error) {
+    const MLWorldCameraFrame *from = world_frame;
     for (int i = 0; i < CAMERAS; i++) {
-        if (known[i].id == frame->id && (frame->frame_type == MLWorldCameraFrameType_LowExposure ||
-                                         frame->frame_type == MLWorldCameraFrameType_NormalExposure)) {
-            *stream = known[i].stream;
+        if (known[i].id == from->id && (from->frame_type == MLWorldCameraFrameType_LowExposure ||
+                                        from->frame_type == MLWorldCameraFrameType_NormalExposure)) {
+            bool is_wanted = from->frame_type == mode_of(settings, known[i].stream);
+            *stream = is_wanted ? known[i].stream : ML2S_STREAM_COUNT;
             return ML2S_OK;
         }
     }
-    return error_set(error, ML2S_VENDOR_FAILURE, 0, "world camera: unknown camera %u or frame type %u", frame->id,
-                     frame->frame_type);
+    return error_set(error, ML2S_VENDOR_FAILURE, 0, "world camera: unknown camera %u or frame type %u", from->id,
+                     from->frame_type);
 }
 
-/** Ignores frames of other cameras or exposures, which can follow a change of settings or come with mixed exposures. */
-static void copy(const ml2s_settings *settings, const MLWorldCameraData *data, struct frameset *set,
-                 ml2s_error *error) {
-    if (array_check(data->frames, data->frame_count, CAMERAS * MODES, "world camera", error)) {
-        frameset_skip_all(set);
-        return;
-    }
-    for (uint32_t i = 0; i < data->frame_count; i++) {
-        const MLWorldCameraFrame *frame = &data->frames[i];
-        uint32_t stream = 0;
-        if (find_stream(frame, &stream, error)) {
-            frameset_skip_unknown(set);
-        } else if (set->streams & ML2S_STREAM_BIT(stream) && frame->frame_type == mode_of(settings, stream)) {
-            ml2s_frame *to = frameset_add(set, stream, error);
-            if (to) {
-                frameset_complete(set, to, copy_frame(frame, stream, to, error));
-            }
-        }
-    }
-}
+static const struct camera world = {"world camera", CAMERAS *MODES, sizeof(MLWorldCameraFrame), find_stream,
+                                    copy_frame};
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
@@ -122,7 +110,7 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     if (result || !filled) {
         return result;
     }
-    copy(settings, filled, set, error);
+    frameset_copy(set, &world, settings, filled->frames, filled->frame_count, error);
     return SDK_CALL(error, world, MLWorldCameraReleaseCameraData, cameras, filled);
 }
 

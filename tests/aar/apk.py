@@ -37,7 +37,7 @@ def entries() -> dict[str, Entry]:
 
 
 def permissions(application: Path) -> set[str]:
-    """Those an application or a manifest in text form asks for."""
+    """Returns the permissions that an application, or a manifest in text form, asks for."""
     if application.suffix == ".xml":
         return set(re.findall(r'uses-permission android:name="(.*?)"', application.read_text()))
     printed = run("aapt", "dump", "permissions", application)

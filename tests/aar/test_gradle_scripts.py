@@ -16,13 +16,13 @@ from toolchain import ROOT, java_command, maven_property, run
 
 DSL = ROOT / "tests" / "aar" / "gradle"
 CLASS_PATH = ROOT / "build" / "gradle-scripts.classpath"
-# What Gradle makes of `this` in the block that begins with the name of a file.
+# The type of `this` in a block, by the file name at its beginning.
 RECEIVERS = {
     "settings.gradle.kts": "org.gradle.api.initialization.Settings",
     "build.gradle.kts": "org.gradle.api.Project",
     "app/build.gradle.kts": "org.gradle.api.Project",
 }
-# What Gradle's Kotlin DSL imports by itself, and the compiler plugins that it uses.
+# The default imports of Gradle's Kotlin DSL, and the compiler plugins that it uses.
 IMPORTS = ["org.gradle.api.*", "org.gradle.api.initialization.resolve.*"]
 PLUGINS = {
     "samWithReceiver:annotation": "org.gradle.api.HasImplicitReceiver",

@@ -14,7 +14,7 @@ from document import blocks, without_spacing
 from toolchain import ROOT, Package, java, kotlinc
 
 NATIVE = ROOT / "build" / "native"
-# Where the loader finds bionic's library names, and the vendor's library.
+# The folders of bionic's library names, and of the vendor's library.
 LIBRARY_PATH = os.pathsep.join([str(NATIVE / "linux"), str(NATIVE / "host" / "sim")])
 CAMERAS = {
     "world_center": "1016 x 1016",
@@ -27,6 +27,7 @@ CAMERAS = {
     "eye_temple_left": "400 x 400",
     "eye_temple_right": "400 x 400",
 }
+ON_ROS = blocks((ROOT / "docs/ros_to_headset.md").read_text(), "kotlin")
 
 
 @pytest.fixture(autouse=True)
@@ -58,16 +59,14 @@ def test_the_examples_of_the_readme_were_compiled(sample: Path) -> None:
         for text in blocks((library / "README.md").read_text(), "kotlin")
         if ".gradle.kts" not in text
     ]
-    assert len(examples) == 4
+    assert len(examples) == 5
     assert [text for text in examples if without_spacing(text) not in compiled] == []
 
 
-@pytest.mark.parametrize("number", range(2))
+@pytest.mark.parametrize("number", range(len(ON_ROS)))
 def test_a_file_of_the_page_on_ros_compiles(number: int, library: Package, tmp_path: Path) -> None:
-    examples = blocks((ROOT / "docs/ros_to_headset.md").read_text(), "kotlin")
-    assert len(examples) == 2
     source = tmp_path / "Example.kt"
-    source.write_text(examples[number])
+    source.write_text(ON_ROS[number])
     kotlinc(tmp_path / "example.jar", source, [library.classes, *library.libraries])
 
 

@@ -1,5 +1,5 @@
-// What the simulated device itself costs in the capture benchmark: gets and gives back frames of the three world
-// cameras, looks at none, and prints the CPU time of one in microseconds. Linked against the simulated libperception.
+// Measures the simulated device alone in the capture benchmark: gets and gives back frames of the three world cameras,
+// looks at none, and prints the CPU time of one in microseconds. Linked against the simulated libperception.
 #include <stdio.h>
 #include <time.h>
 

@@ -7,7 +7,7 @@ Usage: downlink_bench.py DURATION, in seconds. Writes build/bench/downlink.json:
 latency_p50_ms  from the call of publish() to the line that the headset's app prints; also p99, max
 lost            messages that were published and not printed
 rate_hz         messages that were published per second
-imu_p99_ms      from capture to `ml2-receiver latency` meanwhile; imu_without_p99_ms, before
+imu_p99_ms      from capture to a subscriber of ROS meanwhile, also p999; imu_without_..., before
 receiver_cpu_us_per_message, headset_cpu_us_per_message: the CPU time that the topic adds
 book            the counts of receiver and app
 of_1_mb_..., of_16_mib_...: the same of large messages; rss_mb is the receiver's greatest so far
@@ -39,6 +39,7 @@ from load_run import Usage
 from ml2_tools.live.diagnostics_node import DiagnosticsNode
 from players import Player
 from processes import (
+    PREFIX,
     ROOT,
     draw_images,
     headset_command,
@@ -50,11 +51,11 @@ from processes import (
     receive_command,
 )
 from simulation import compressed_config
-from view_bench import imu_p99_ms, latency
 
 RESULTS = ROOT / "build" / "bench" / "downlink.json"
 TOPIC, TYPE = "/bench/downlink", "std_msgs/msg/String"
 RATE_HZ = 1000
+_IMU, _IMU_FIGURES = f"{PREFIX}/gyro_left/imu", ("p50", "p99", "p999")
 _TIMEOUT_S = 60.0
 _WARM_UP_S = 10.0
 _LINE = re.compile(TOPIC + r' \d+ \d+ \{"data":"(\d+)')
@@ -113,15 +114,17 @@ def main(duration_s: float) -> None:
         arrivals = Arrivals(headset)
         publisher = stack.enter_context(Player("publisher", TOPIC, str(RATE_HZ)))
         publisher.line()
+        imu = stack.enter_context(Player("ages", _IMU, "sensor_msgs/msg/Imu"))
+        imu.line()
         publisher.usage(RATE_HZ)  # the first ones are slower, as those of any program
         arrivals.wait(arrivals.latencies_ns, RATE_HZ)
         time.sleep(_WARM_UP_S)
         pids = {"receiver": receiver.pid, "headset": headset.pid}
-        with _measured(pids, duration_s) as without:
-            pass
+        with _measured(imu, pids) as without:
+            time.sleep(duration_s)
         arrivals.latencies_ns.clear()
         messages = round(duration_s * RATE_HZ)
-        with _measured(pids, duration_s) as with_topic:
+        with _measured(imu, pids) as with_topic:
             began_s = time.monotonic()
             publisher.usage(messages)
             passed_s = time.monotonic() - began_s
@@ -134,8 +137,8 @@ def main(duration_s: float) -> None:
             "latency_max_ms": longest,
             "lost": messages - len(arrivals.latencies_ns),
             "rate_hz": messages / passed_s,
-            "imu_without_p99_ms": without["imu_p99_ms"],
-            "imu_p99_ms": with_topic["imu_p99_ms"],
+            **{f"imu_without_{it}_ms": without[it] for it in _IMU_FIGURES},
+            **{f"imu_{it}_ms": with_topic[it] for it in _IMU_FIGURES},
             **{
                 f"{role}_cpu_us_per_message": it * 1e4 / RATE_HZ
                 for role, it in more_percent.items()
@@ -144,12 +147,12 @@ def main(duration_s: float) -> None:
             "duration_s": passed_s,
         }
         for topic in LARGE:
-            results |= _large(topic, arrivals, pids, duration_s)
+            results |= _large(topic, arrivals, imu, pids, duration_s)
     RESULTS.write_text(json.dumps(results, indent=2) + "\n")
 
 
 def _large(
-    topic: str, arrivals: Arrivals, pids: dict[str, int], duration_s: float
+    topic: str, arrivals: Arrivals, imu: Player, pids: dict[str, int], duration_s: float
 ) -> dict[str, Any]:
     rate_hz, length = LARGE[topic]
     messages, latencies_ns = round(duration_s * rate_hz), arrivals.of_large_ns[topic]
@@ -158,7 +161,7 @@ def _large(
         publisher.usage(rate_hz)
         arrivals.wait(latencies_ns, rate_hz)
         latencies_ns.clear()
-        with _measured(pids, duration_s) as figures:
+        with _measured(imu, pids) as figures:
             publisher.usage(messages)
             arrivals.wait(latencies_ns, messages)
     p50, p99, longest = np.percentile(latencies_ns, (50, 99, 100)) / 1e6
@@ -168,7 +171,7 @@ def _large(
         "latency_p99_ms": p99,
         "latency_max_ms": longest,
         "lost": messages - len(latencies_ns),
-        "imu_p99_ms": figures["imu_p99_ms"],
+        **{f"imu_{it}_ms": figures[it] for it in _IMU_FIGURES},
         "rss_mb": int(status.partition("VmHWM:")[2].split()[0]) / 1e3,
         "book": _book(topic),
     }
@@ -183,15 +186,15 @@ def _config() -> str:
 
 
 @contextmanager
-def _measured(pids: dict[str, int], duration_s: float) -> Iterator[dict[str, float]]:
-    """Measures for this time, in which the caller acts: the IMU's latency, and CPU by process."""
+def _measured(imu: Player, pids: dict[str, int]) -> Iterator[dict[str, float]]:
+    """Measures while the caller acts: the IMU's latency, and CPU by process."""
     figures: dict[str, float] = {}
     usage = {role: Usage(pid) for role, pid in pids.items()}
-    imu = latency(duration_s)
+    imu.answer()
     for each in usage.values():
         each.sample()
     yield figures
-    figures["imu_p99_ms"] = imu_p99_ms(imu)
+    figures |= zip(_IMU_FIGURES, imu.answer(), strict=True)
     for role, each in usage.items():
         each.sample()
         figures[role] = each.cpu_percent

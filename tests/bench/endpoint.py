@@ -1,8 +1,8 @@
 """Starts Unity's ROS-TCP-Endpoint from a checkout of the user, and encodes messages to it.
 
 A message is a destination and a payload, each preceded by its length as u32 LE. A message to the
-destination __publish registers a topic; its payload is JSON and one extra byte. The topic's name is
-a destination afterwards.
+destination __publish or __subscribe registers a topic; its payload is JSON and one extra byte. The
+topic's name is a destination afterwards.
 """
 
 from __future__ import annotations
@@ -34,6 +34,12 @@ def registration(topic: str, type: str, queue_size: int) -> bytes:
         "latch": False,
     }
     return message("__publish", json.dumps(publisher).encode() + b"\0")
+
+
+def subscription(topic: str, type: str) -> bytes:
+    """Returns the message that registers a subscriber; `type` is as in the stream table."""
+    subscriber = {"topic": topic, "message_name": type.replace("/msg/", "/")}
+    return message("__subscribe", json.dumps(subscriber).encode() + b"\0")
 
 
 def connect(address: str) -> socket.socket:

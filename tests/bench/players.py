@@ -45,10 +45,16 @@ class Player:
 
     def usage(self, count: int) -> Usage:
         """Waits until `count` frames are published (a subscriber: received); returns the usage."""
+        cpu_s, time_s, frames = self.answer(count)
+        return Usage(cpu_s, time_s, round(frames))
+
+    def answer(self, question: int = 0) -> list[float]:
+        """Writes a line to the player, and returns the numbers with which it answers."""
         assert self._process.stdin is not None
-        self._process.stdin.write(f"{count}\n")
+        self._process.stdin.write(f"{question}\n")
         self._process.stdin.flush()
-        return Usage(*json.loads(self.line()))
+        found: list[float] = json.loads(self.line())
+        return found
 
 
 class Turn:

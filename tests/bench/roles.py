@@ -15,10 +15,13 @@ import socket
 import sys
 import threading
 import time
+from array import array
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from endpoint import start_endpoint
 from frames import BARE_TOPIC, CONFIG, DEPTH, IMAGE_PAYLOAD, REQUEST
@@ -140,8 +143,8 @@ def play_subscriber(type: str, counted: str, *others: str) -> None:
 def play_publisher(topic: str, rate_hz: str, length: str = "") -> None:
     """Publishes, for each line of standard input, so many messages at a rate.
 
-    They are texts of 100 bytes that begin with the time of their publication in ns, by
-    CLOCK_MONOTONIC, or so many bytes. It first waits for a subscriber.
+    They are texts of 100 bytes, or so many bytes. They begin with the time of their publication in
+    ns, by CLOCK_MONOTONIC, in 20 digits. It first waits for a subscriber.
     """
     import rclpy
     from rclpy.qos import QoSProfile
@@ -162,9 +165,40 @@ def play_publisher(topic: str, rate_hz: str, length: str = "") -> None:
         begin_s = time.monotonic()
         for number in range(int(line)):
             time.sleep(max(0.0, begin_s + number * period_s - time.monotonic()))
-            publisher.publish(large or String(data=f"{time.monotonic_ns():020}{padding}"))
+            stamp = f"{time.monotonic_ns():020}"
+            if large is None:
+                publisher.publish(String(data=stamp + padding))
+            else:
+                large.data[: len(stamp)] = array("B", stamp.encode())
+                publisher.publish(large)
         print_usage(int(line))
     rclpy.shutdown()
+
+
+def play_ages(topic: str, type: str) -> None:
+    """Answers each line of standard input with the ages of the messages since the line before.
+
+    They are the percentiles 50, 99 and 99.9 in ms, from the stamp of the header to this process.
+    """
+    import rclpy
+    from rclpy.qos import qos_profile_sensor_data
+
+    from ml2_receiver.topics.stamps import stamp_reader
+
+    rclpy.init()
+    node = rclpy.create_node("ages")
+    read, ages_ms = stamp_reader(type), list[float]()
+
+    def take(payload: bytes) -> None:
+        ages_ms.append((time.time_ns() - read(payload)) / 1e6)
+
+    node.create_subscription(message_class(type), topic, take, qos_profile_sensor_data, raw=True)
+    threading.Thread(target=rclpy.spin, args=[node], daemon=True).start()
+    print("ready", flush=True)
+    for _ in sys.stdin:
+        found, ages_ms[:] = list(ages_ms), []
+        print(json.dumps(np.percentile(found, (50, 99, 99.9)).tolist()), flush=True)
+    os._exit(0)
 
 
 def answer(count: Callable[[], int]) -> None:
@@ -200,6 +234,8 @@ def main(role: str, *arguments: str) -> None:
             play_subscriber(*arguments)
         case "publisher":
             play_publisher(*arguments)
+        case "ages":
+            play_ages(*arguments)
         case "endpoint":
             print(start_endpoint(Path(*arguments)), flush=True)
             answer(lambda: 0)

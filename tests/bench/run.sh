@@ -33,7 +33,7 @@ echo "[8/16] recording: against a bare write of the same bytes (20 s, 1 GB of di
 python3 tests/bench/recording_bench.py
 echo "[9/16] products: clouds, registered depth and rectified images (10 s)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver/test python3 tests/bench/products_bench.py
-echo "[10/16] recovery: finding each other, and again after a fault (3 minutes)"
+echo "[10/16] recovery: finding each other, and again after a fault, and wills (4 minutes)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/recovery_bench.py 9
 echo "[11/16] full load, the same with TLS, the first while recording, and four headsets (4 minutes)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/full_load.py 60
@@ -43,9 +43,15 @@ echo "[13/16] compressed images: sizes, and the time of the encoders (a minute)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/codecs_bench.py 30
 echo "[14/16] Zenoh: CPU, the longest put, and a thin link (2 minutes; the link as root)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/zenoh_bench.py build/bench/zenoh.json 500 30
-echo "[15/16] the page of view, which shows everything to a client (a minute)"
+echo "[15/16] the page of view, which shows everything to a client, and what it costs the others (4 minutes)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/view_bench.py 30
 echo "[16/16] the way back: 1000 messages per second to the app, then large ones, beside all sensors with TLS (6 minutes)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/downlink_bench.py 60
+echo "       and a frame in 3000 transforms per second (a minute)"
+PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/transforms_bench.py 30
+if [[ -n ${PEER:-} ]]; then
+  echo "       the way back against ROS-TCP-Endpoint (2 minutes)"
+  PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/downlink_endpoint_bench.py build/bench/downlink_endpoint.json "$PEER" 10 5 2>build/bench/downlink_endpoint.log
+fi
 python3 tests/bench/show.py build/bench/*.json
 python3 tests/bench/performance_page.py

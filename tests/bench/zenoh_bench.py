@@ -34,7 +34,7 @@ from ml2_receiver.table.stream_table import Qos
 from ml2_receiver.zenoh.configuration import session_configuration
 from ml2_receiver.zenoh.names import TopicName
 from ros_processes import Subscriber, environment
-from shaped_link import Host, link, why_not
+from shaped_link import Machine, link, why_not
 from waiting import await_true
 from zenoh_peers import free_endpoint
 from zenoh_roles import IMAGE, IMAGE_BYTES, IMU, IMU_BYTES, sink_of
@@ -61,7 +61,7 @@ def main(results_file: Path, count: int, duration_s: float) -> None:
 
 
 @contextmanager
-def role(*arguments: str, host: Host | None = None) -> Iterator[subprocess.Popen[str]]:
+def role(*arguments: str, host: Machine | None = None) -> Iterator[subprocess.Popen[str]]:
     prefix = () if host is None else host.prefix
     command = (*prefix, sys.executable, str(_ROLES), *arguments)
     pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}

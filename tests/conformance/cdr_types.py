@@ -1,7 +1,7 @@
 """The fields of each message type of the product, with the values of the cases."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from cdr_message import Message
 
@@ -181,6 +181,48 @@ def joy(m: Message, axes: Sequence[float], buttons: Sequence[int]) -> None:
     header(m, "controller_frame")
     m.float32_sequence("axes", axes)
     m.int32_sequence("buttons", buttons)
+
+
+def detections(m: Message, ids: Sequence[str]) -> None:
+    header(m, "magicleap_world")
+    m.message_sequence("detections", ids, lambda id: _detection(m, id))
+
+
+def _detection(m: Message, id: str) -> None:
+    header(m, "magicleap_world")
+    m.message_sequence("results", [id.partition(":")[2]], lambda of: _hypothesis(m, of))
+    with m.nested("bbox"):
+        with m.nested("center"):
+            pose(m, 1.5)
+        with m.nested("size"):
+            xyz(m, 0.16, 0.16, 0.0)
+    m.string("id", id)
+
+
+def _hypothesis(m: Message, of: str) -> None:
+    with m.nested("hypothesis"):
+        m.string("class_id", of)
+        m.float64("score", 1.0)
+    with m.nested("pose"):
+        pose_with_covariance(m)
+
+
+def diagnostics(m: Message, values: Mapping[str, str]) -> None:
+    header(m, "magicleap_map")
+    m.message_sequence("status", [values], lambda it: _diagnostic_status(m, it))
+
+
+def _diagnostic_status(m: Message, values: Mapping[str, str]) -> None:
+    m.uint8("level", 1)
+    m.string("name", "map")
+    m.string("message", "no transform: localization is pending")
+    m.string("hardware_id", "")
+    m.message_sequence("values", list(values), lambda key: _key_value(m, key, values[key]))
+
+
+def _key_value(m: Message, key: str, value: str) -> None:
+    m.string("key", key)
+    m.string("value", value)
 
 
 def battery_state(m: Message, floats: Sequence[float], cells: Sequence[float], text: str) -> None:

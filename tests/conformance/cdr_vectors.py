@@ -107,6 +107,18 @@ CASES: dict[str, tuple[str, Callable[[Message], None]]] = {
     ),
     "Joy": ("sensor_msgs/msg/Joy", lambda m: ros.joy(m, [1.0, -0.5, 0.25, 0.75], [1, 0, 1])),
     "JoyOfNothing": ("sensor_msgs/msg/Joy", lambda m: ros.joy(m, [], [])),
+    "Detection3DArray": (
+        "vision_msgs/msg/Detection3DArray",
+        lambda m: ros.detections(m, ["tag36h11:7", "tag36h11:586"]),
+    ),
+    "Detection3DArrayEmpty": (
+        "vision_msgs/msg/Detection3DArray",
+        lambda m: ros.detections(m, []),
+    ),
+    "DiagnosticArray": (
+        "diagnostic_msgs/msg/DiagnosticArray",
+        lambda m: ros.diagnostics(m, {"name": "Büro", "uuid": ""}),
+    ),
     "BatteryStateUnknown": (
         "sensor_msgs/msg/BatteryState",
         lambda m: ros.battery_state(m, [NAN] * 7, [], ""),

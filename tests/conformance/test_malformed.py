@@ -31,7 +31,7 @@ RULES = AppRules(
     call=NameRules(("/robot/*",)),
     offer=NameRules(("/headset/*",)),
 )
-# What a case may cost; frames that claim up to 4 GiB are among them.
+# The limit of memory for a case; frames that claim up to 4 GiB are among them.
 MEMORY_BYTES = 4 << 20
 
 

@@ -9,7 +9,7 @@ import pytest
 from case_files import load
 from frame_bytes import json_bytes
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.wire import messages, opening_bodies
+from ml2_receiver.wire import messages, opening_bodies, pairing_bodies
 from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
 from ml2_receiver.wire.kinds import OPENING, Kind, Side
 
@@ -17,6 +17,7 @@ CASES = load("wire")
 HEADER_BYTES = 32
 FLAGS = slice(4, 6)
 OPENERS = {"HELLO", "JOIN"}
+BODIES = (messages, opening_bodies, pairing_bodies)
 
 
 def parse(case: dict[str, Any], binary: bytes, piece_bytes: int) -> list[tuple[Frame, bytes]]:
@@ -101,8 +102,8 @@ def test_bodies_become_messages_and_the_same_json_again(name: str) -> None:
         if "json" not in expected:
             continue
         name = expected["name"].title().replace("_", "")
-        message_class = getattr(messages, name, None) or getattr(opening_bodies, name)
-        message = message_class.parse(json_bytes(expected["json"]))
+        body_class = next(getattr(it, name) for it in BODIES if hasattr(it, name))
+        message = body_class.parse(json_bytes(expected["json"]))
         assert without_ignored(json.loads(message.to_bytes())) == without_ignored(expected["json"])
 
 

@@ -27,7 +27,7 @@ def links() -> Iterator[tuple[Path, str]]:
 
 
 def anchors(document: Path) -> set[str]:
-    """Those of a document's headings, as GitHub and GitLab make them."""
+    """Returns the anchors of a document's headings, as GitHub and GitLab make them."""
     headings = re.findall(r"^#+ (.*)$", document.read_text(), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", it.lower()).replace(" ", "-") for it in headings}
 

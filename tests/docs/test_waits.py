@@ -16,7 +16,7 @@ _KOTLIN_WAIT = re.compile(
 # Parameters with types make a definition.
 _C_WAIT = re.compile(
     r"\b(?:nanosleep|await_another_thread|usleep|sleep_\w+|sem_wait|pthread_\w+|(?:xr_)?turn_take\w*|xr_take_turn)"
-    r"\b(?=\((?!void|turn_t))|\block\((?!lock_t)[^)]+\)"
+    r"\b(?=\((?!void|turn_t))|\block\((?!lock_t)[^)]+\)|\bFUTEX_WAIT\w*"
 )
 _COMMENT = ("*", "/*", "//", "import ")
 _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| [^|]+ \| [^|]+ \|$", re.MULTILINE)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import uuid
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -61,8 +65,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def flat(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
-    depth = {"confidence": True, "flags": True}
-    return full_load(tmp_path_factory.mktemp("flat"), depth_center=depth)
+    return full_load(
+        tmp_path_factory.mktemp("flat"),
+        depth_center={"confidence": True, "flags": True},
+        markers={"enabled": True, "type": "aruco", "dictionary": "4X4_50"},
+        picture_center={"camera_id": 0},
+        map={"enabled": True},
+    )
 
 
 @pytest.fixture(scope="session")
@@ -75,3 +84,15 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
 @pytest.fixture(scope="session")
 def received(flat: FullLoad) -> Received:
     return flat.received
+
+
+@pytest.fixture
+def network() -> Iterator[str]:
+    """The name of a network that has only the test's processes, whose ports are free."""
+    if os.geteuid() != 0:
+        pytest.skip("only root can make a network")
+    name = f"ml2test{uuid.uuid4().hex[:6]}"
+    for words in (f"netns add {name}", f"-n {name} link set lo up multicast on"):
+        subprocess.run(["ip", *words.split()], check=True)
+    yield name
+    subprocess.run(["ip", "netns", "delete", name], check=True)

@@ -1,4 +1,4 @@
-"""When the simulated headset has rendered all its images, so that it leaves no captures out for it.
+"""Tells when the simulated headset has rendered all its images, and so leaves out no captures.
 
 With an empty cache it leaves captures out, whatever a test asks of rates
 (ml2-sensors-aar/simulator/README.md).
@@ -11,6 +11,7 @@ import json
 import re
 import time
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -59,11 +60,10 @@ def forget(config: Path, options: Sequence[str]) -> None:
 
 def _lasting(options: Sequence[str]) -> list[str]:
     """Returns the options that decide what the images are."""
-    pairs = zip(options[::2], options[1::2], strict=True)
     return [
         word
-        for option, value in pairs
-        if option != "--duration" and "fault." not in value and "@" not in value
+        for option, value in pairwise(options)
+        if option in ("--simulate", "--seed") and "fault." not in value and "@" not in value
         for word in (option, value)
     ]
 

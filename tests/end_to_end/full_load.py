@@ -10,7 +10,7 @@ from counters import have_arrived
 from left_out import left_out
 from processes import Received, receive
 from simulated_truth import SimulatedTruth
-from simulation import CAMERAS, image_topic, raw_config
+from simulation import CAMERAS, EXACT, image_topic, raw_config
 
 # A busy machine drops many messages, so the session lasts until this many have arrived.
 _LEAST = {image_topic(camera): 100 for camera in CAMERAS} | {"gyro_left/imu": 1000}
@@ -42,7 +42,7 @@ def full_load(folder: Path, **changes: dict[str, Any]) -> FullLoad:
     config = folder / "everything.yaml"
     config.write_text(raw_config(**changes))
     truth = SimulatedTruth.now()
-    received = receive(config, [], folder, is_enough=have_arrived(_LEAST, of_others=1))
+    received = receive(config, [*EXACT], folder, is_enough=have_arrived(_LEAST, of_others=1))
     assert not truth.clock_was_set()
     log = (folder / "receiver.log").read_text()
     return FullLoad(received, truth, log, left_out(folder / "headset.log"))

@@ -172,7 +172,7 @@ def _row(loaded: Loaded, run: Run) -> dict[str, Any]:
 
 LARGE_TOPIC, LARGE_BYTES = "/bench/large", 1_000_000
 SUBSCRIBE = ("--subscribe", LARGE_TOPIC, "std_msgs/msg/UInt8MultiArray")
-NOISE = ("image_noise=2", "depth_noise_m=0.001", "depth_noise_per_m=0.003")
+NOISE = ("noise=0", "image_noise=2", "depth_noise_m=0.001", "depth_noise_per_m=0.003")
 NOISY = tuple(word for key in NOISE for word in ("--simulate", key))
 LONG = Run("one raw camera", 400, rtt_ms=20, config=one_camera(**FIXED))
 WAYS: tuple[Literal["own", "shared"], ...] = ("own", "shared")
@@ -182,6 +182,11 @@ MUCH: dict[str, Any] = {
     "options": NOISY,
     "duration_s": 60,
     "rtt_ms": 10,
+}
+PUBLISHED: dict[str, Any] = {
+    "config": compressed_config(custom={"enabled": True}),
+    "options": (*NOISY, "--publish", "large", "4000000", "5", "0"),
+    "duration_s": 60,
 }
 RUNS = (
     *(Run("raw", rate, it) for rate in (300, 100, 50, 30) for it in ("cubic", "bbr")),
@@ -202,6 +207,7 @@ RUNS = (
     Run("auto", 70, rtt_ms=60, **AUTO),
     Run("auto, 100, 20, 100", 100, change=falls_and_rises, **AUTO),
     Run("auto, another flow", 100, change=competes, **AUTO),
+    Run("auto, 4 MB published at 5 Hz", 100, **PUBLISHED),
     *(Run("auto, nothing wanted", rate, **MUCH) for rate in (100, 30)),
     *(
         Run(f"auto, 20 MB/s wanted, {way}", rate, way_back=way, is_much_wanted=True, **MUCH)

@@ -35,7 +35,7 @@ from processes import (
     receive_command,
 )
 from proxy import Proxy
-from shaped_link import Host
+from shaped_link import Machine
 
 OBSERVER = ROOT / "host_receiver" / "demo" / "observer.py"
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
@@ -153,7 +153,7 @@ def load_run(
     java_options: str = "",
     link: Callable[[str], Proxy] | None = None,
     is_enough: Callable[[dict[str, Any]], bool] = lambda _: False,
-    hosts: tuple[Host, Host] = (Host(), Host()),
+    hosts: tuple[Machine, Machine] = (Machine(), Machine()),
     environment: dict[str, str] | None = None,
 ) -> list[Loaded]:
     """Runs one headset per name at the same time; an empty name means none.
@@ -204,7 +204,7 @@ def _start(
     record: Path | None,
     security: Security,
     link: Callable[[str], Proxy] | None,
-    hosts: tuple[Host, Host],
+    hosts: tuple[Machine, Machine],
 ) -> tuple[subprocess.Popen[str], dict[str, Usage]]:
     folder.mkdir(parents=True, exist_ok=True)
     options = ("--start-paused", "--name", name)

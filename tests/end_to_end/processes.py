@@ -19,7 +19,7 @@ import drawing
 from left_out import left_out
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.message_types import message_class
-from pairing import pair
+from ml2_tools.selftest.pairing import pair
 from payload_file import Payloads
 from proxy import Proxy
 from ros_domain import reserve_domain
@@ -236,13 +236,20 @@ def draw_images(
                 note.touch()
 
 
-def recorded_walk(config: Path, folder: Path, is_enough: Callable[[Path], bool]) -> Path:
+def recorded_walk(
+    config: Path,
+    folder: Path,
+    is_enough: Callable[[Path], bool],
+    *headset_options: str,
+    security: Security = PLAINTEXT,
+) -> Path:
     """Records a headset without ROS until that is enough; returns the bag, beside the logs."""
     walk, environment = folder / "walk", isolated_environment()
     record: list[str | Path] = [RECEIVER, "record", walk, "--no-ros", "--config", config]
-    record += ["--listen", "127.0.0.1:0", *PLAINTEXT.receiver]
+    record += ["--listen", "127.0.0.1:0", *security.receiver]
     with process(record, environment, folder / "receiver.log") as receiver:
-        headset = headset_command(listening_address(receiver))
+        address = listening_address(receiver)
+        headset = headset_command(address, *headset_options, security=security)
         with process(headset, environment, folder / "headset.log", is_read=False):
             await_true(lambda: is_enough(walk))
     return walk

@@ -56,5 +56,7 @@ ALL_OTHERS: Topics = {
     "hand_right": ("geometry_msgs/msg/PoseArray", "magicleap_world"),
     "controller": ("geometry_msgs/msg/PoseStamped", "magicleap_world"),
     "controller/joy": ("sensor_msgs/msg/Joy", "controller_frame"),
+    "map/state": ("diagnostic_msgs/msg/DiagnosticArray", "magicleap_map"),
     "battery": ("sensor_msgs/msg/BatteryState", "head_frame"),
+    "markers": ("vision_msgs/msg/Detection3DArray", "magicleap_world"),
 }

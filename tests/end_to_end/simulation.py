@@ -13,6 +13,8 @@ CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
 EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
 # Options of a headset whose cameras draw one image each, for tests that do not look at images
 STILL = ("--simulate", "still_images=1")
+# Options of a headset without noise, for tests that compare with the truth
+EXACT = ("--simulate", "noise=0")
 # An option of a headset to which simulate() writes
 SIMULATE = ("--simulate", "-")
 # The smallest pictures of the colour camera

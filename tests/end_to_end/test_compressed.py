@@ -39,6 +39,7 @@ COMPRESSED = {
 }
 SIMULATION = {
     "trajectory": str(ROOT / "native" / "tests" / "still_head.tum"),
+    "noise": "0",
     "image_noise": "0",
     "depth_noise_m": "0",
 }
@@ -132,6 +133,9 @@ def test_depth_keeps_its_confidence(run: Run) -> None:
     stamps = {stamp_ns(it) for it in run.compressed.messages("depth/confidence")}
     images = [stamp_ns(it) for it in run.compressed.messages(compressed_topic("depth"))]
     assert len(stamps.intersection(images)) > COUNT / 2
+    for message in run.compressed.messages("depth/confidence"):
+        assert message.step == 4 * message.width
+        assert pixels_of(message).max() > 0
 
 
 @pytest.mark.parametrize("camera", CAMERAS)

@@ -11,9 +11,6 @@ import re
 import shlex
 import signal
 import subprocess
-import sys
-import uuid
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -37,7 +34,9 @@ NOT_HERE = {
     r"\S+ run .*--zenoh ": "host_receiver/test/test_command_run_zenoh.py; needs a router",
     r"host_receiver/environment/run.sh python3 config/generate.py": "lint runs it with --check",
     r"\S+ python3 my_program.py": "host_receiver/test/test_own_program.py",
+    r"\S+ headset selftest": "tests/end_to_end/test_selftest.py",
     r"\S+ headset install": "host_receiver/test/test_command_headset.py, with a package",
+    r"\S+ export --tum ": "host_receiver/test/test_export_tum.py, with depth",
     r"\S+ evaluate ": "host_receiver/test/test_command_evaluate.py, on a walk",
     r"\S+ calibrate imu --bag ": "tests/end_to_end/test_imu_calibration.py, on a walk",
     r"\S+ play ": "host_receiver/test/test_command_play.py; the port has its headset here",
@@ -54,6 +53,7 @@ REPLACED = {
 SAVED = {
     "docs/slam.md": "slam.yaml",
     "docs/add_a_sensor.md": "light.yaml",
+    "docs/shared_space.md": "markers.yaml",
     "host_receiver/README.md": "my.yaml",
 }
 SERVES = re.compile(r"\S+ (run|record(?!.*(--duration|--attach)))\b")
@@ -121,22 +121,19 @@ class Reader:
         self.clone.mkdir()
         for name in ROOT.iterdir():
             (self.clone / name.name).symlink_to(name)
-        adb = folder / "bin/adb"
-        adb.parent.mkdir()
-        adb.write_text(f'#!/bin/sh\nexec {sys.executable} {adb_stand_in.__file__} "$@"\n')
-        adb.chmod(0o755)
-        (folder / "state.json").write_text("{}")
-        self.environment = os.environ | {
-            "ADB_STAND_IN": str(folder),
-            "BROWSER": "true",
-            "HOME": str(folder),
-            "JDK_JAVA_OPTIONS": f"-Dnet.mdns.interface=127.0.0.1 -Duser.home={folder}",
-            "PATH": f"{adb.parent}:{os.environ['PATH']}",
-            "PYTHONUNBUFFERED": "1",
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "ROS_DOMAIN_ID": str(reserve_domain()),
-            "XDG_CONFIG_HOME": str(folder / "config"),
-        }
+        self.environment = (
+            os.environ
+            | adb_stand_in.installed(folder)
+            | {
+                "BROWSER": "true",
+                "HOME": str(folder),
+                "JDK_JAVA_OPTIONS": f"-Dnet.mdns.interface=127.0.0.1 -Duser.home={folder}",
+                "PYTHONUNBUFFERED": "1",
+                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+                "ROS_DOMAIN_ID": str(reserve_domain()),
+                "XDG_CONFIG_HOME": str(folder / "config"),
+            }
+        )
         self.typed: list[Typed] = []
         self.brings_headset = False
 
@@ -228,17 +225,6 @@ def name_of(line: str) -> str:
 def port(line: str) -> str:
     found = re.search(r"--listen \S+:(\d+)", line)
     return found[1] if found else "7755"
-
-
-@pytest.fixture
-def network() -> Iterator[str]:
-    if os.geteuid() != 0:
-        pytest.skip("only root can make a network")
-    name = f"ml2docs{uuid.uuid4().hex[:6]}"
-    for words in (f"netns add {name}", f"-n {name} link set lo up multicast on"):
-        subprocess.run(["ip", *words.split()], check=True)
-    yield name
-    subprocess.run(["ip", "netns", "delete", name], check=True)
 
 
 PAGES = [str(it.relative_to(ROOT)) for it in files("*.md") if runnable(it)]

@@ -1,4 +1,4 @@
-"""How the simulated headset's inertial units are mounted, from its walk, and on /tf_static."""
+"""Calibrates the simulated headset's inertial units from its walk, and reads /tf_static."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from ml2_tools.bags.decoding import decoder
 from processes import PREFIX, RECEIVER, recorded_walk
 from simulated_scene import TO_ROS
 from simulated_truth import SimulatedTruth
+from simulation import EXACT
 from waiting import LIMIT_S
 
 _POSES = 26 * 60  # what calibrate wants at least, and some gaps
@@ -33,7 +34,7 @@ def test_a_walk_shows_the_mounts_and_run_publishes_them(
     before.mkdir()
     after.mkdir()
     walk = recorded_walk(
-        config, before, lambda it: message_counts(it).get(f"{PREFIX}/head_pose", 0) > _POSES
+        config, before, lambda it: message_counts(it).get(f"{PREFIX}/head_pose", 0) > _POSES, *EXACT
     )
     calibrate: list[str | Path] = [RECEIVER, "calibrate", "imu", "--bag", walk]
     subprocess.run(calibrate, timeout=LIMIT_S, check=True)

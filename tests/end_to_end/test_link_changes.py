@@ -1,4 +1,4 @@
-"""What `make links` says of a changed link, of arrivals written down by hand."""
+"""Tests the report of `make links` on a changed link, with arrivals written down by hand."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def products(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 def receive_products(config: Path, folder: Path) -> Received:
     with (
         streaming(
-            config, folder, tangential="0.001", depth_noise_m="0", loop_seconds="2"
+            config, folder, tangential="0.001", depth_noise_m="0", noise="0", loop_seconds="2"
         ) as domain,
         process([RECEIVER, "products"], domain, folder / "products.log") as making,
     ):

@@ -67,7 +67,7 @@ def projected(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     folder = tmp_path_factory.mktemp("projection")
     tangential, backend = request.param
     (folder / "config.yaml").write_text(CONFIG.replace("enabled: true", f"enabled: true{backend}"))
-    keys = {"tangential": tangential, "depth_noise_m": "0", "loop_seconds": "2"}
+    keys = {"tangential": tangential, "depth_noise_m": "0", "noise": "0", "loop_seconds": "2"}
     options = [word for key, value in keys.items() for word in ("--simulate", f"{key}={value}")]
     least = {image_topic(camera): RECEIVED for camera in CAMERAS}
     is_enough = have_arrived(least | {"depth/image_raw": LEAST_DEPTHS})

@@ -48,7 +48,8 @@ def tree(received: Received) -> dict[tuple[str, int], Matrix]:
 
 def test_every_frame_is_a_child_of_the_world(tree: dict[tuple[str, int], Matrix]) -> None:
     children = {f"{camera}{suffix}" for camera in CAMERAS for suffix in SUFFIXES}
-    assert {child for child, _ in tree} == children | {"head_frame", "controller_frame"}
+    found = {child for child, _ in tree if not child.startswith("marker_")}
+    assert found == children | {"head_frame", "controller_frame"}
 
 
 @pytest.mark.parametrize("camera", CAMERAS)

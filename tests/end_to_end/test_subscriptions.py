@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import itertools
 import json
+import math
 import os
 import random
 import re
@@ -19,6 +20,8 @@ from subprocess import Popen
 from typing import NamedTuple
 
 import pytest
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import (
@@ -29,7 +32,8 @@ from rclpy.qos import (
 )
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String, UInt8MultiArray
+from std_msgs.msg import Header, String, UInt8MultiArray
+from tf2_msgs.msg import TFMessage
 
 from configurations import only
 from ml2_receiver.ros.context import tool_node
@@ -47,7 +51,7 @@ from test_ros_subscriptions import book
 from waiting import LIMIT_S, await_true
 
 CONFIG = only(
-    "app: {subscribe: [/chatter, /joint_states, /map, /cloud]}, other_sensors: {enabled: true}"
+    "app: {subscribe: [/chatter, /joint_states, /map, /cloud, /tf]}, other_sensors: {enabled: true}"
 )
 STRING, JOINTS = "std_msgs/msg/String", "sensor_msgs/msg/JointState"
 BYTES = "std_msgs/msg/UInt8MultiArray"
@@ -56,6 +60,7 @@ HEAD = bytes((0, 1, 0, 0)) + bytes(8)
 MOST_BYTES = (16 << 20) - len(HEAD) - 4
 KEPT = QoSProfile(depth=200)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+CHILD = {"map": "odom", "odom": "base_link"}
 TEXTS = ["", "Größe 頭", '"\\\n', "x" * 400, *map(str, range(16))]
 # 200 take three and a half minutes, since the headset tries less and less often.
 CUTS = int(os.environ.get("ML2S_CUTS", "5"))
@@ -177,6 +182,42 @@ def test_large_messages_are_those_that_were_published_beside_sensors(
             text = f"of {len(payload)} bytes, SHA-256 {hashlib.sha256(payload).hexdigest()}"
             assert (got.number, got.text) == (number, text if size > 500 else payload.hex())
             assert sample.acquire(timeout=LIMIT_S)
+
+
+def moved(parent: str, child: str, second: int, x: float) -> TFMessage:
+    """Returns the transform of a second, turned a quarter to the left."""
+    made = TransformStamped(child_frame_id=child)
+    made.header = Header(stamp=Time(sec=second), frame_id=parent)
+    made.transform.translation.x = float(x)  # rclpy reads an int as the bits of a float
+    made.transform.rotation.z = made.transform.rotation.w = math.sqrt(0.5)
+    return TFMessage(transforms=[made])
+
+
+def test_a_pose_has_the_stamp_of_the_oldest_transform_and_a_stale_one_stays_at_its_last(
+    node: Node, address: str, tmp_path: Path
+) -> None:
+    publisher = node.create_publisher(TFMessage, "/tf", KEPT)
+    command = headset_command(address, "--transform", "base_link", "map")
+    poses: list[list[float]] = []
+    with process(command, dict(os.environ), tmp_path / "headset.log") as headset:
+        await_true(lambda: is_heard_reliably(node, publisher))
+        # Nothing is known of map before its second 1, nor after it until its second 4
+        for parent, second, x in [("odom", 1, 1), ("map", 1, 10)]:
+            publisher.publish(moved(parent, CHILD[parent], second, x))
+        for line in lines(headset):
+            if (found := line.removeprefix("base_link in map ")) == line:
+                continue
+            poses.append([float(it) for it in found.split()])
+            if len(poses) == 2:
+                break
+            for parent, second, x in [("odom", 2, 3), ("odom", 4, 7), ("map", 4, 40)]:
+                publisher.publish(moved(parent, CHILD[parent], second, x))
+        headset.terminate()
+        rest = headset.communicate()[0]
+    # A quarter turn in map takes x of odom to y, and two of them are a half
+    expected = [[at * 1e9, at * 1e9, x, y, 0, 0, 0, 1, 0] for at, x, y in [(1, 10, 1), (4, 40, 7)]]
+    assert poses == [pytest.approx(it, abs=1e-12) for it in expected]
+    assert "base_link in map: 2 messages" in rest
 
 
 def test_a_refused_topic_says_why_and_the_others_go_on(

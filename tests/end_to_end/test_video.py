@@ -48,6 +48,7 @@ CONFIG = only(
 THIN = only("world_left: {enabled: true, format: h264, bit_rate_mbit: 8}, general: {link: fixed}")
 SIMULATION = {
     "trajectory": str(ROOT / "native" / "tests" / "still_head.tum"),
+    "noise": "0",
     "image_noise": "0",
 }
 COUNT = 75

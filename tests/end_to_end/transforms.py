@@ -41,10 +41,12 @@ def stable_since_ns(received: Received) -> int | None:
 
 
 def moving(received: Received) -> dict[tuple[str, int], Matrix]:
-    """Returns the poses on /tf by frame and stamp in ns; asserts that none is published twice."""
+    """Returns the poses in the world on /tf by frame and stamp; asserts that none is twice."""
     found: dict[tuple[str, int], Matrix] = {}
     for message in received.messages("/tf"):
         for it in message.transforms:
+            if it.child_frame_id == "magicleap_world":  # in the map
+                continue
             assert it.header.frame_id == "magicleap_world"
             assert (it.child_frame_id, nanos(it.header.stamp)) not in found
             found[it.child_frame_id, nanos(it.header.stamp)] = matrix(it.transform)

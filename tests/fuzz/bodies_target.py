@@ -10,13 +10,14 @@ from ml2_receiver.errors import ProtocolError
 from ml2_receiver.topics.config_topic import ConfigText
 from ml2_receiver.wire.json_body import JsonBody
 from ml2_receiver.wire.messages import Hello
+from ml2_receiver.wire.pairing_bodies import Paired
 from vectors import HEADER_BYTES, vectors
 
 _BODIES = sorted(JsonBody.__subclasses__(), key=lambda it: it.__name__)
 _NAMES = {it.__name__.upper(): number for number, it in enumerate(_BODIES)}
 # PROTOCOL.md bounds no name to more characters: that of a topic.
 _MOST_CHARACTERS = 255
-assert {ConfigText, Hello} <= set(_BODIES)
+assert {ConfigText, Hello, Paired} <= set(_BODIES)
 
 
 def seeds() -> Iterator[bytes]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from ml2_receiver.errors import ProtocolError
 from ml2_receiver.pairing.pairing import Pairing
-from ml2_receiver.wire.messages import Pair
+from ml2_receiver.wire.pairing_bodies import Pair
 from vectors import HEADER_BYTES, PAIRING, vectors
 
 _CERTIFICATE, _BODY = b"\x00", b"\x01"

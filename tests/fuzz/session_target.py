@@ -105,7 +105,7 @@ class _Replay:
         connection, parser = self._lanes[lane]
         rest = memoryview(self._filled_in(data))
         while rest and not connection.is_closing:
-            self._follow(connection, parser)
+            self._enter_lane(connection, parser)
             into = parser.get_buffer()
             count = min(len(into), len(rest))
             into[:count], rest = rest[:count], rest[count:]
@@ -119,7 +119,7 @@ class _Replay:
             self.end(lane)
 
     @staticmethod
-    def _follow(connection: Connection, parser: FrameParser) -> None:
+    def _enter_lane(connection: Connection, parser: FrameParser) -> None:
         lane = connection.lane or OPENING
         if parser.lane is not lane:
             parser.enter(lane, has_openings=connection.openings is not None)

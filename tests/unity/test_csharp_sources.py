@@ -17,10 +17,11 @@ def _sources() -> dict[str, str]:
 
 
 def test_csharp_calls_only_methods_that_the_facade_has() -> None:
-    facade = (ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors/unity/Ml2Unity.kt").read_text()
+    folder = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors/unity"
+    facade = "".join(it.read_text() for it in folder.glob("*.kt"))
     public = set(re.findall(r"^ +fun (\w+)\(", facade, re.MULTILINE))
     called = {name for text in _sources().values() for name in CALL.findall(text)}
-    assert {"open", "start", "close", "loadLibrary"} <= called
+    assert {"open", "start", "close", "loadLibrary", "subscribe"} <= called
     assert called <= public
 
 
@@ -35,5 +36,5 @@ def test_the_examples_in_the_documents_are_in_a_file_that_was_compiled() -> None
     compiled = without_spacing(source.read_text())
     documents = [PACKAGE / "README.md", PACKAGE / "Documentation~/index.md"]
     code = [text for document in documents for text in blocks(document.read_text(), "csharp")]
-    assert len(code) == 2
+    assert len(code) == 4
     assert [text for text in code if without_spacing(text) not in compiled] == []

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from simulated_walk import stream
+from simulation import EXACT
 from validate import evaluate
 from walks import Walk
 
@@ -14,7 +15,7 @@ WALK = Walk("short", "world_center", 2.0, 0.8, 40)
 
 
 def test_estimated_poses_agree_with_the_headsets_poses_and_the_true_ones(tmp_path: Path) -> None:
-    walked = stream(WALK, tmp_path / "walk")
+    walked = stream(WALK, tmp_path / "walk", EXACT)
     figures = evaluate(tmp_path / "walk", WALK.camera, walked.truth)
     assert figures["images_received"] == walked.images_sent == 61
     assert figures["matched_pairs"] >= 0.99 * walked.images_sent

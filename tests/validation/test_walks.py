@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from euroc import Matrix
-from walks import WALKS, Walk
+from walks import WALKS, Walk, drawn_walks
 
 THESIS_S_M = [(13.5, 5.3), (10.9, 6.0), (22.8, 12.3), (16.0, 8.0)]
 # The least distance to the walls; images from closer have too little texture.
@@ -38,13 +38,18 @@ def test_a_walk_has_the_length_of_the_thesis_trajectory(
     assert steps_m.max() * 30 < 1.0, "m/s"
 
 
-@pytest.mark.parametrize("walk", WALKS)
+@pytest.mark.parametrize("walk", [*WALKS, *(it for seed in range(6) for it in drawn_walks(seed))])
 def test_a_walk_turns_by_over_200_degrees_and_stays_in_the_room(walk: Walk) -> None:
     poses = places(walk)
     yaw_deg = np.degrees(np.unwrap(np.arctan2(poses[:, 1, 0], poses[:, 0, 0])))
     assert np.ptp(yaw_deg) > 200
     assert np.abs(poses[:, 0, 3]).max() < 3.5 - NEAREST_M
     assert np.abs(poses[:, 1, 3]).max() < 3.0 - NEAREST_M
+
+
+def test_a_seed_always_draws_the_same_walks_and_another_one_others() -> None:
+    assert drawn_walks(1) == drawn_walks(1)
+    assert len({drawn_walks(1)[0], *drawn_walks(2), *drawn_walks(3)}) == 5
 
 
 def test_the_closed_loop_is_closed() -> None:

@@ -1,6 +1,7 @@
 """`make validate`: estimates trajectories of known length from simulated and recorded images.
 
-Writes build/validate/report.json and report.md, and each evaluation's own report beside them.
+SEED= draws two of them. Writes build/validate/report.json and report.md, and each evaluation's own
+report beside them.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,7 +20,7 @@ from progress import log_line
 from recorded_excerpt import evaluate_excerpt
 from simulated_walk import stream
 from tables import page
-from walks import WALKS, Walk
+from walks import WALKS, Walk, drawn_walks
 
 _OUT = ROOT / "build" / "validate"
 # The faults are injected into the shortest walk.
@@ -29,7 +31,7 @@ def main() -> None:
     shutil.rmtree(_OUT, ignore_errors=True)
     _OUT.mkdir(parents=True)
     entries = []
-    for entry in _entries():
+    for entry in _entries(int(sys.argv[1])):
         entries.append(entry)
         (_OUT / "report.json").write_text(json.dumps(entries, indent=2) + "\n")
         (_OUT / "report.md").write_text(page(entries))
@@ -39,8 +41,8 @@ def main() -> None:
     print((_OUT / "report.md").read_text())
 
 
-def _entries() -> Iterator[dict[str, Any]]:
-    for number, walk in enumerate(WALKS):
+def _entries(seed: int) -> Iterator[dict[str, Any]]:
+    for number, walk in enumerate(WALKS + drawn_walks(seed)):
         yield _evaluated_walk(walk, _OUT / f"walk_{number + 1}")
     faulty = _OUT / f"walk_{WALKS.index(_FAULTY) + 1}"
     for number, (name, fault) in enumerate(FAULTS.items()):

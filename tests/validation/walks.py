@@ -115,6 +115,20 @@ WALKS = (
 THESIS_RMSE_M = (0.044, 0.075, 0.326, 0.097)
 
 
+def drawn_walks(seed: int) -> tuple[Walk, Walk]:
+    """Returns two walks that a seed draws, as long and as fast as the thesis's."""
+    random = np.random.default_rng(seed)
+
+    def walk(number: int) -> Walk:
+        camera = str(random.choice(["world_left", "world_center", "world_right"]))
+        turn_deg = float(random.choice([-1, 1]) * random.uniform(220, 350))
+        path_m = abs(math.radians(turn_deg)) * float(random.uniform(1.0, 1.8))
+        duration_s = round(path_m / float(random.uniform(0.4, 0.55)), 1)
+        return Walk(f"seed {seed}, walk {number}", camera, duration_s, path_m, turn_deg)
+
+    return walk(1), walk(2)
+
+
 def _rotation(axis: int, angle: float) -> Matrix:
     return np.asarray(cv2.Rodrigues(np.eye(3)[axis] * angle)[0])
 

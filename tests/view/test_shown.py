@@ -92,6 +92,17 @@ def test_what_the_app_subscribes_to_is_listed_until_nothing_is(page: Page, serve
     expect(shown).to_be_hidden()
 
 
+def test_services_that_the_app_calls_and_offers_are_listed(page: Page, served: Served) -> None:
+    shown = page.locator("#calls")
+    expect(shown).to_be_hidden()
+    row = {"service_type": "T", "requests": "9", "responses": "4", "failures": "1"}
+    served.source.report(ROWS | {"client /pause": row, "service /custom/on": row})
+    expect(shown.locator("summary")).to_have_text("the app calls or offers 2 services")
+    shown.locator("summary").press("Enter")
+    expect(shown.get_by_role("row").nth(1)).to_have_text("/pauseROST941")
+    expect(shown.get_by_role("row").nth(2)).to_have_text("/custom/onthe appT941")
+
+
 def test_the_stages_of_latency_add_up_and_the_rate_is_not_above_what_is_asked(
     page: Page, served: Served
 ) -> None:

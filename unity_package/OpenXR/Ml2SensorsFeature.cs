@@ -10,13 +10,13 @@ using UnityEditor.XR.OpenXR.Features;
 namespace Ml2Sensors.OpenXR
 {
     /// <summary>
-    /// Lets the native library use the app's OpenXR session for gaze, hands and streams whose backend is openxr. It requests
+    /// Lets the native library use the app's OpenXR session for markers and streams whose backend is openxr. It requests
     /// the extensions that they need. If the runtime lacks an extension, only the streams that need it are refused.
     /// </summary>
 #if UNITY_EDITOR
     [OpenXRFeature(
         UiName = "ML2 Sensors",
-        Desc = "Pixel sensors, gaze and hands for ML2 Sensors.",
+        Desc = "Pixel sensors, gaze, hands and markers for ML2 Sensors.",
         Company = "ML2 Sensors",
         Version = "0.1.0",
         FeatureId = Id,
@@ -31,7 +31,7 @@ namespace Ml2Sensors.OpenXR
         /// <summary>The extensions in native/openxr/xr_api.h.</summary>
         public const string Extensions =
             "XR_KHR_convert_timespec_time XR_EXT_future XR_ML_pixel_sensor XR_EXT_eye_gaze_interaction "
-            + "XR_EXT_hand_tracking";
+            + "XR_EXT_hand_tracking XR_ML_marker_understanding";
 
         private ulong _instance;
 

@@ -14,7 +14,7 @@ from ..table.reader import load_table
 from ..table.stream_table import Key
 from ..wire.json_body import Scalar
 
-# What shells complete, by the names of the functions for it.
+# The shell functions that complete an argument, by the kind of its values.
 TOPICS, KEYS, VALUES, STREAMS = "_ml2_topics", "_ml2_keys", "_ml2_values", "_ml2_streams"
 
 type Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

@@ -171,7 +171,7 @@ def new_server(
         link=config.link,
         is_lazy=config.is_lazy,
         is_paused=is_paused,
-        access_changed=lambda: port.follow(server),
+        access_changed=lambda: port.listen_again(server),
     )
     return server
 

@@ -23,14 +23,14 @@ _WITHOUT_VALUE = (*_REMAP, "--ros-args", "--")
 _IDENTITY = re.compile(r"(?:[^:]*:)?__(ns|node|name):=")
 _NODE_IN_RULE = re.compile(r"^\w+:(?!=|//)")
 _NODE = "ml2_receiver"
-# What is before a colon is the node that a rule is for.
+# A rule may begin with the name of its node and a colon.
 _NAMESPACE = re.compile(r"(?:(\w*):)?__ns:=/?(.*)")
 _RENAMED = re.compile(rf"(?:{_NODE}:)?__(?:node|name):=([A-Za-z_]\w*)", re.ASCII)
 
 
 @contextmanager
 def ros_needed() -> Iterator[None]:
-    """Around imports of what needs ROS. Fast DDS gets our profile, unless the user has chosen one.
+    """Guards imports that need ROS. Fast DDS gets our profile, unless the user has chosen one.
 
     Raises:
         RosError: it is not there.

@@ -99,8 +99,8 @@ class SessionPort:
         """Returns what is left of the rules for apps where anybody could be the app."""
         return rules if self._allows_control else rules.of_subscriptions()
 
-    def follow(self, server: Server) -> None:
-        """Follows a change of paired devices: with the first one, the server listens everywhere."""
+    def listen_again(self, server: Server) -> None:
+        """Listens everywhere as soon as the first device is paired."""
         with self._lock:
             if self._is_closed or not self._has_default or self._default != _EVERYWHERE:
                 return

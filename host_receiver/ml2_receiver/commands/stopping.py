@@ -1,5 +1,6 @@
 """Stops commands on signals."""
 
+import functools
 import os
 import signal
 import sys
@@ -41,20 +42,38 @@ def _interrupt_again(unraisable: "sys.UnraisableHookArgs") -> None:
         sys.__unraisablehook__(unraisable)
 
 
+class _Hearing:
+    """Hears the signals of this process in a thread, for the last stop_signal()."""
+
+    def __init__(self) -> None:
+        self._heard, self.told = os.pipe()
+        os.set_blocking(self.told, False)
+        self.stopping = threading.Event()
+        threading.Thread(target=self._hear, name="signals", daemon=True).start()
+
+    def _hear(self) -> None:
+        while True:
+            if os.read(self._heard, 1)[0] in _SIGNALS:
+                STOP_LIMIT.enforce(self.stopping.set)
+
+
+# One for all commands that a process runs one after another: each has a thread and two files.
+_hearing = functools.cache(_Hearing)
+
+
 def stop_signal() -> threading.Event:
     """Set by Ctrl-C and by SIGTERM, which then end nothing by themselves; for the main thread.
 
-    A process that has not ended some seconds later, because a thread hangs, is ended.
+    A process that has not ended some seconds later, because a thread hangs, is ended. The event of
+    an earlier call is not set any more.
     """
-    stopping = threading.Event()
-    heard, told = os.pipe()
-    os.set_blocking(told, False)
+    hearing = _hearing()
+    hearing.stopping = stopping = threading.Event()
     # Python calls a handler when the main thread gets to it. That waits for `stopping`, where it
     # is not always woken up, and where a handler that sets it could lock it a second time.
-    signal.set_wakeup_fd(told)
+    signal.set_wakeup_fd(hearing.told)
     for number in _SIGNALS:
         signal.signal(number, lambda *_: None)
-    threading.Thread(target=_hear, args=[heard, stopping], name="signals", daemon=True).start()
     return stopping
 
 
@@ -67,9 +86,3 @@ def go_on() -> None:
     limit_interrupts()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     STOP_LIMIT.reached()
-
-
-def _hear(heard: int, stopping: threading.Event) -> None:
-    while True:
-        if os.read(heard, 1)[0] in _SIGNALS:
-            STOP_LIMIT.enforce(stopping.set)

@@ -1,1 +1,1 @@
-"""What the user asks for: the file, its rules, and the streams that follow from it."""
+"""The configuration: its file, its rules, and the streams that follow from it."""

@@ -1,4 +1,4 @@
-"""Which names of the ROS graph an app on the headset may use: none but those that a rule has.
+"""The names of the ROS graph that an app on the headset may use: only those that a rule has.
 
 A rule is a resolved name such as `/robot/joint_states`. Its segments may be `*`, which stands for
 one segment, or `**`, for any number of them.
@@ -51,12 +51,23 @@ class NameRules:
 
 @dataclass(frozen=True)
 class AppRules:
-    """What an app may do; without rules, nothing."""
+    """The names of ROS that an app may use; without rules, none."""
 
     subscribe: NameRules = NameRules()
     publish: NameRules = NameRules()
     call: NameRules = NameRules()
     offer: NameRules = NameRules()
+
+    def forbidden(self, kind: str, name: str) -> str | None:
+        """Returns why an app may not use a name for an opening or a publisher; None if it may."""
+        key, rules = {
+            "subscription": ("subscribe", self.subscribe),
+            "transform": ("subscribe", self.subscribe),
+            "publisher": ("publish", self.publish),
+            "client": ("call", self.call),
+            "service": ("offer", self.offer),
+        }[kind]
+        return None if rules.allow(name) else f"no rule in app.{key} has {name}"
 
     def of_subscriptions(self) -> "AppRules":
         """Returns what is left where anybody in the network could be the app."""

@@ -11,7 +11,14 @@ from ..table.stream_table import Stream
 from ..wire.messages import Link
 from .app_rules import USES, AppRules, NameRules
 from .calibration import Calibration, load_calibration
-from .config_rules import Values, camera_problems, key_problems, read_values, without_modes
+from .config_rules import (
+    Values,
+    camera_problems,
+    key_problems,
+    marker_problems,
+    read_values,
+    without_modes,
+)
 from .parameter_file import (
     MAX_BYTES,
     Parameter,
@@ -78,9 +85,14 @@ class Config:
 
     @cached_property
     def app(self) -> AppRules:
-        """What an app on the headset may use of ROS."""
-        uses = (str(self.values[f"app.{use}"]) for use in USES)
-        return AppRules(*(NameRules(tuple(names.split())) for names in uses))
+        """The names of ROS that an app on the headset may use.
+
+        Services below `custom/` need no rule, as topics there: `custom.enabled` is enough.
+        """
+        uses = {use: str(self.values[f"app.{use}"]).split() for use in USES}
+        if self.values["custom.enabled"]:
+            uses["offer"].append(f"{self.prefix}/custom/**")
+        return AppRules(**{use: NameRules(tuple(names)) for use, names in uses.items()})
 
     @property
     def is_lazy(self) -> bool:
@@ -160,6 +172,7 @@ def parse_config(data: bytes, folder: Path = Path(), node: str | None = None) ->
     values = read_values(parameters, table.sections)
     for section in table.sections.values():
         problems += camera_problems(section, parameters, values)
+    problems += marker_problems(parameters, values)
     cameras, mistakes = read_calibrations(values, folder, table.sections)
     for section_id, mistake in mistakes.items():
         parameter = parameters[f"{section_id}.calibration"]

@@ -123,7 +123,7 @@ def _edited(data: bytes, folder: Path, values: Values, node: str | None) -> byte
     return text.getvalue()
 
 
-# What stands under ros__parameters, by the name of the node; the first that has a key holds.
+# The ros__parameters of each node, by its name. The first node that has a key decides its value.
 type _Parameters = Mapping[str, MutableMapping[str, Any]]
 
 

@@ -150,3 +150,26 @@ def _camera_problem(
 
 def _text(choice: tuple[Scalar, ...]) -> str:
     return "x".join(map(str, choice))
+
+
+def marker_problems(parameters: Parameters, values: Values) -> Iterator[Problem]:
+    """Yields a dictionary of another kind of markers, and the camera that excludes markers."""
+    keys = ("enabled", "stream", "camera_id", "backend")
+    camera = [values.get(f"picture_center.{it}") for it in keys]
+    if values.get("markers.enabled") and camera == [True, 0, 1, "camera2"]:
+        parameter = parameters["markers.enabled"]
+        message = (
+            "the headset tracks no markers while camera 1 of picture_center is open: "
+            "give picture_center.camera_id 0, or only one of both sections"
+        )
+        yield Problem(parameter.line, "markers.enabled", parameter.text, message)
+    kind, dictionary = values.get("markers.type"), values.get("markers.dictionary")
+    known = load_table().sections["markers"].keys["dictionary"].allowed
+    fitting = [it for it in known if ("X" in str(it)) == (kind == "aruco")]
+    if kind != "qr" and dictionary in known and dictionary not in fitting:
+        name = "markers.dictionary"
+        blamed = parameters[name if name in parameters else "markers.type"]
+        found = f"{dictionary}{'' if name in parameters else ' (the default)'}"
+        allowed = ", ".join(map(str, fitting))
+        message = f"expected one of {allowed} with type {kind}, found {found}"
+        yield Problem(blamed.line, name, found, message)

@@ -1,4 +1,4 @@
-"""How the inertial units of headsets are mounted, as `ml2-receiver calibrate` found out."""
+"""The mounts of headsets' inertial units, as `ml2-receiver calibrate` estimated them."""
 
 from __future__ import annotations
 

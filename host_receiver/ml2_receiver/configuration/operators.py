@@ -1,4 +1,4 @@
-"""What nobody but the operator may change while the receiver runs: eye cameras, rules for apps.
+"""Refuses changes that only the operator may make at runtime: eye cameras, rules for apps.
 
 Anybody in the ROS domain can set parameters. The file and the ROS arguments of the start are the
 operator's own.

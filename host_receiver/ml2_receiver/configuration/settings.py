@@ -15,6 +15,7 @@ from .config_rules import (
     Values,
     camera_problems,
     key_problems,
+    marker_problems,
     mode_of,
     read_values,
     without_modes,
@@ -64,6 +65,8 @@ class Settings:
         values = read_values(shown, sections)
         if by_peer and (problems := list(operators_problems(self.operators, values))):
             raise ConfigError(problems, "")
+        if problems := [it for it in marker_problems(shown, values) if it.key == "markers.enabled"]:
+            raise ConfigError(problems, "")  # a wrong dictionary may wait; the headset refuses it
         pending = [
             problem
             for section in sections.values()

@@ -1,0 +1,1 @@
+"""Tables that config/generate.py writes."""

@@ -16,7 +16,8 @@ from ..transport.listener import peer_host
 from ..wire.frame import FrameParser, encode_frame
 from ..wire.json_body import JsonBody
 from ..wire.kinds import PAIRING, Kind, Side
-from ..wire.messages import Error, Pair, PairChallenge, Paired
+from ..wire.messages import Error
+from ..wire.pairing_bodies import Pair, PairChallenge, Paired
 from .pairing import Pairing
 
 _EXCHANGE_S = 5.0

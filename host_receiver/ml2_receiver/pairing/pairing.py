@@ -15,7 +15,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509 import InvalidVersion, load_der_x509_certificate
 
 from ..errors import ErrorCode, ProtocolError
-from ..wire.messages import Pair
+from ..wire.pairing_bodies import Pair
 
 VALID_S = 300.0
 WRONG_TOKENS = 5

@@ -1,6 +1,6 @@
-"""Where a command gets its pairing URI from: standard input, a file, or its own words.
+"""Reads the pairing URI of a command: from standard input, a file, or its arguments.
 
-Other users of the machine can read the words of a command, and the shell keeps them.
+Other users of the machine can read the arguments of a command, and the shell keeps them.
 """
 
 import sys

@@ -20,7 +20,7 @@ from .raw_taker import RawSubscription, RawTaker
 
 _TYPE = "tf2_msgs/msg/TFMessage"
 _DEPTH = 100
-# As often as a headset's display shows an image.
+# The rate of a headset's display.
 _MOST_HZ = 120.0
 
 

@@ -9,7 +9,7 @@ from rcl_interfaces.msg import SetParametersResult
 from ..printable import printable
 from ..topics.diagnostics import Level, Row
 
-type Answer = Callable[[Any, Any], Any]
+type ServiceCallback = Callable[[Any, Any], Any]
 
 # An error may quote what another node has sent.
 _MOST_WORDS, _MOST_TRACE = 500, 20_000
@@ -39,7 +39,7 @@ class Failures:
             self._log(printable(trace, _MOST_TRACE, has_lines=True))
         return f"the receiver failed: {words}; its log says where. Please report this"
 
-    def answering(self, answer: Answer) -> Answer:
+    def answering(self, answer: ServiceCallback) -> ServiceCallback:
         """The callback of a service, which answers that it failed where it would raise."""
 
         def respond(request: Any, response: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What follows --ros-args of a command; for its whole process, as ROS's own programs have it."""
+"""The arguments after --ros-args of a command; they hold for its whole process, as in ROS."""
 
 from collections.abc import Sequence
 

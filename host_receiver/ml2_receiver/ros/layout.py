@@ -1,4 +1,4 @@
-"""What a message type is: its hash, and its layout, which is how CDR walks through it, as text.
+"""Describes a message type by its hash, and by its layout: the order of its values in CDR.
 
 Two types with equal layouts read each other's bytes, whatever the names of their fields are. The
 headset derives the same text from its classes; Layout.kt has the grammar.

@@ -7,7 +7,7 @@ from std_srvs.srv import Trigger
 
 from ..errors import ReceiverError
 
-# Whether it was done, and what there is to say of it.
+# True if the action succeeded, and a message about it.
 type Outcome = tuple[bool, str]
 
 

@@ -25,7 +25,7 @@ from ..table.key_values import expected
 from ..table.reader import load_table
 from ..table.stream_table import CAMERA_KEYS, Key, Section
 from ..wire.json_body import Scalar
-from .failures import Answer, Failures
+from .failures import Failures, ServiceCallback
 from .qos_overrides import check
 from .status_array import DIAGNOSTICS
 
@@ -74,7 +74,9 @@ class ParameterNode(Node):
         """The configuration in force."""
         return self._settings.config
 
-    def create_service(self, srv_type: Any, srv_name: str, callback: Answer, **of_ros: Any) -> Any:
+    def create_service(
+        self, srv_type: Any, srv_name: str, callback: ServiceCallback, **of_ros: Any
+    ) -> Any:
         """Works as in rclpy, but if the callback raises, the service answers that it failed."""
         answer = self.failures.answering(callback)
         return super().create_service(srv_type, srv_name, answer, **of_ros)

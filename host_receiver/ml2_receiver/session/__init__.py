@@ -1,1 +1,1 @@
-"""The sessions of headsets, from HELLO to BYE, and the interface of sinks."""
+"""The sessions of headsets, from HELLO to BYE, and the interfaces of sinks and graphs."""

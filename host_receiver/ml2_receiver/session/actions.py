@@ -13,6 +13,7 @@ from .connection import Connection, Route
 from .event_limit import Cause
 from .report import Report
 from .sink import Applied
+from .will import Will
 
 _MESSAGE_CHARACTERS = 500
 
@@ -58,6 +59,13 @@ class Open:
 
 
 @dataclass(frozen=True)
+class EndWill:
+    """End a channel with its will."""
+
+    will: Will
+
+
+@dataclass(frozen=True)
 class SessionEnded:
     """Tell the sink that a session has ended, with its last report."""
 
@@ -72,7 +80,7 @@ class Log:
     cause: Cause
 
 
-type Action = Send | Close | Open | Applied | SessionEnded | Log
+type Action = Send | Close | Open | EndWill | Applied | SessionEnded | Log
 type Act = Callable[[Action], None]
 
 

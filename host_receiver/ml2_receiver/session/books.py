@@ -17,7 +17,7 @@ _MOST_BOOKS = 256
 
 @dataclass
 class Book:
-    """What became of the messages of one name and type, over all sessions of an instance.
+    """Counts what became of the messages of one name and type, over all sessions of an instance.
 
     produced = sent + waiting + the sum of `dropped`. Used under the lock of Books.
 

@@ -8,19 +8,23 @@ from ..wire.kinds import Lane
 from .openings import Openings
 from .sink import Publish
 from .statistics import TopicStatistics
+from .will import Will
 
 
 class Route:
     """The publish function and the counters of one channel.
 
-    Only the reader thread of the channel's lane uses them, but `publish` may change before START.
+    Only the reader thread of the channel's lane uses them, but `publish` may change at any time.
     """
 
-    __slots__ = ("publish", "statistics")
+    __slots__ = ("publish", "statistics", "will")
 
-    def __init__(self, publish: Publish, statistics: TopicStatistics) -> None:
+    def __init__(
+        self, publish: Publish, statistics: TopicStatistics, will: Will | None = None
+    ) -> None:
         self.publish = publish
         self.statistics = statistics
+        self.will = will
 
     def receive(self, frame: Frame, received_ns: int, now_ns: int) -> None:
         """Counts and publishes a DATA frame that arrived at `received_ns`; both are ROS time.
@@ -42,7 +46,10 @@ class Route:
                 f"{self.statistics.last_number}",
             )
         try:
-            self.publish(payload)
+            if self.will is None:
+                self.publish(payload)
+            else:
+                self.will.publish(self.publish, payload)
         except PublishError:
             self.statistics.unpublished += 1
 
@@ -65,6 +72,12 @@ class Connection:
     routes: dict[int, Route] = field(default_factory=dict)
     openings: Openings | None = None
     is_closing: bool = False
+
+    def end_wills(self) -> None:
+        """Takes the end of the lane: no DATA follows."""
+        for route in list(self.routes.values()):
+            if route.will is not None:
+                route.will.close()
 
     @property
     def name(self) -> str:

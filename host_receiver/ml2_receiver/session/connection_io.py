@@ -19,7 +19,7 @@ from .openings import Openings
 from .subscription_queue import Pieces
 
 _SMALL_FRAMES_BYTES = 64 * 1024
-# How long the last words on a lane wait for a message that is being written.
+# The last frames of a lane wait for this long while a message is being written.
 _MESSAGE_S = 0.05
 _TIME = struct.Struct("<q")
 _TIMES = struct.Struct("<qqq")
@@ -110,11 +110,7 @@ class ConnectionIO:
         pacing = self.connection.openings.downlink.pacing
         with self._writing:
             for piece in pieces:
-                pacing.wait(len(piece))
-                try:
-                    self.transport.send_all(piece)
-                finally:
-                    pacing.written(len(piece))
+                pacing.send(piece, self.transport.send_all)
 
     def answer_time(self, request: Frame, received_ns: int) -> None:
         """Sends the TIME_REPLY to a TIME_REQUEST that was received at this ROS time.

@@ -1,4 +1,4 @@
-"""Which streams nobody needs at present, if subscribers come and go quickly."""
+"""Finds streams that no output needs, though subscribers come and go quickly."""
 
 from collections.abc import Mapping
 
@@ -9,7 +9,7 @@ STAYS_S = 5.0
 
 
 class Demand:
-    """What the outputs need. A stream that some publish, and none needs, is idle.
+    """Decides which streams are idle: some output publishes them, and no output needs them.
 
     A stream that a subscriber started runs on for STAYS_S after the last one has gone; one that ran
     before anybody needed it ends at once. Any thread may call push(); idle_streams() is for one at

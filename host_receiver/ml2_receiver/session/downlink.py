@@ -14,9 +14,9 @@ from ..wire.opening_bodies import Open, SubscriptionStatus
 from .books import Books, SubscriptionReport
 from .subscription_queue import Message, Pieces, SubscriptionQueue
 
-# What waits in all queues of a session together, in bytes: on `ros`, and on the lanes `bulk_N`.
+# Maximum bytes in all queues of a session together: on `ros`, and on the lanes `bulk_N`.
 _MOST_WAITING_BYTES = {True: 16 << 20, False: 64 << 20}
-# What the app has not taken, of an opening and of a session.
+# Maximum messages of an opening, and bytes of a session, that the app has not taken.
 _MOST_UNTAKEN, _MOST_UNTAKEN_BYTES = 2, 128 << 20
 
 

@@ -12,11 +12,11 @@ _MOST_CHARACTERS = 500
 
 
 class Graph(Protocol):
-    """What carries out openings. No method waits; any thread may call."""
+    """Carries out the openings of apps. Thread-safe. No method blocks."""
 
     @property
     def rules(self) -> AppRules:
-        """What the user lets apps do now."""
+        """The current rules for apps."""
 
     def resolve(self, wanted: Open) -> str:
         """Returns the full name that the app means; raises ValueError if it is no name."""

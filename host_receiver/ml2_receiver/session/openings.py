@@ -1,27 +1,29 @@
 """The openings of one session as a state machine without I/O; PROTOCOL.md, Openings."""
 
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Self
 
 from ..configuration.app_rules import AppRules
 from ..errors import ErrorCode, ProtocolError
-from ..wire.frame import CDR_ENCAPSULATION, Frame
-from ..wire.kinds import KIND_BY_NUMBER, ROS, Body, Kind
+from ..table.stream_table import Topic
+from ..wire.frame import Frame
+from ..wire.kinds import KIND_BY_NUMBER, ROS, Kind
 from ..wire.messages import AllowedUses, Status
-from ..wire.opening_bodies import OPENING_KINDS, Close, Closed, Failure, Open, Opened
+from ..wire.opening_bodies import OPENING_KINDS, Close, Closed, Failure, Open, Opened, check_body
 from .downlink import Downlink
 from .graph import Graph, in_words, refused
-from .report import OpeningsReport
+from .report import CallsReport, OpeningsReport
 
 _MOST_OPENINGS = 64
 _MOST_REQUESTS = 16  # of an opening
 _MOST_REQUESTS_TOGETHER = 64
 _NUMBERS = 1 << 32
-# What an app sends on the lanes of openings.
+# The kinds of frames that an app may send on the lanes of openings.
 LANE_KINDS = frozenset({Kind.TAKEN, Kind.REQUEST, Kind.RESPONSE, Kind.FAILURE})
-# What an app may send in an opening of each kind.
+# The kinds of frames that an app may send, by the kind of its opening.
 _KINDS: dict[str, tuple[Kind, ...]] = {
     "subscription": (Kind.TAKEN,),
     "client": (Kind.REQUEST,),
@@ -35,6 +37,7 @@ class _Opening:
     """`name` and `lane` are those of one that is open. Numbers are the last of their kind."""
 
     kind: str
+    type: str
     name: str = ""
     lane: str | None = None
     sent: int | None = None
@@ -43,10 +46,11 @@ class _Opening:
     requested: int | None = None
     unanswered: set[int] = field(default_factory=set)
     under_way: set[int] = field(default_factory=set)
+    counts: Counter[Kind] = field(default_factory=Counter)
 
 
 class Openings:
-    """What the app has open, and which of its frames are legal. Thread-safe.
+    """The openings of the app; refuses frames that are not legal for them. Thread-safe.
 
     Args:
         rules: returns what the user lets apps do now.
@@ -68,6 +72,7 @@ class Openings:
         self._is_joined = False
         self._used: set[int] = set()
         self._live: dict[int, _Opening] = {}
+        self._last: dict[int, _Opening] = {}  # those that were open when the session ended
 
     @property
     def allowed(self) -> AllowedUses:
@@ -75,6 +80,19 @@ class Openings:
         rules = self._rules()
         uses = (rules.subscribe, rules.publish, rules.call, rules.offer)
         return AllowedUses(*(bool(use.rules) for use in uses))
+
+    @property
+    def rules(self) -> AppRules:
+        """The rules of the user, as they are now."""
+        return self._rules()
+
+    def forbidden(self, topic: Topic) -> str | None:
+        """Returns why the app may not publish a topic of an absolute name; None if it may."""
+        try:
+            name = self._graph.resolve(Open(1, "publisher", topic.name, topic.type))
+        except ValueError as error:
+            return in_words(str(error))
+        return self._rules().forbidden("publisher", name)
 
     def joined(self, lane: str) -> Self:
         """Takes note of a lane, since nothing is opened before `ros`; returns the openings."""
@@ -103,7 +121,7 @@ class Openings:
             self._used.add(wanted.id)
             is_full = len(self._live) >= _MOST_OPENINGS
             if not is_full:
-                self._live[wanted.id] = opening = _Opening(wanted.kind)
+                self._live[wanted.id] = opening = _Opening(wanted.kind, wanted.type or "")
         if is_full:
             reason = f"{_MOST_OPENINGS} names are open, which are the most"
             return refused(wanted, reason, "busy")
@@ -125,7 +143,7 @@ class Openings:
                 name = self._graph.resolve(wanted)
             except ValueError as error:
                 return refused(wanted, str(error), "name"), ""
-        if (reason := _forbidden(self._rules(), wanted.kind, name)) is not None:
+        if (reason := self._rules().forbidden(wanted.kind, name)) is not None:
             return refused(wanted, reason, "rules"), name
         return self._graph.open(wanted, name, self.downlink), name
 
@@ -155,19 +173,27 @@ class Openings:
         with self._lock:
             open = [(id, it) for id, it in self._live.items() if it.lane is not None]
         for id, opening in open:
-            if (reason := _forbidden(rules, opening.kind, opening.name)) is not None:
+            if (reason := rules.forbidden(opening.kind, opening.name)) is not None:
                 yield id, (reason, "rules")
 
     def report(self, status: Status | None) -> OpeningsReport:
         """Returns what is open, with what the last STATUS says of it."""
         counted = (status and status.openings) or {}
-        return OpeningsReport(self.late, self.downlink.reports(counted))
+        called = (status and status.calls) or {}
+        with self._lock:
+            open = {**self._live, **self._last}
+            calls = [
+                CallsReport(id, it.kind, it.name, it.type, it.counts.copy(), called.get(f"{id}"))
+                for id, it in open.items()
+                if it.kind in ("client", "service") and it.lane is not None
+            ]
+        return OpeningsReport(self.late, self.downlink.reports(counted), calls)
 
     def finish(self) -> None:
         """Ends all openings with their session."""
         with self._lock:
-            ended, self._live = list(self._live), {}
-        for id in ended:
+            self._last, self._live = self._live, {}
+        for id in self._last:
             self._close(id, "link_down")
 
     def sent(self, id: int, number: int) -> None:
@@ -181,6 +207,7 @@ class Openings:
         with self._lock:
             if (opening := self._live.get(id)) is None:
                 return False
+            opening.counts[kind] += 1
             if kind is Kind.REQUEST:
                 opening.asked = number
                 opening.unanswered.add(number)
@@ -205,7 +232,7 @@ class Openings:
             if opening.lane != lane or kind not in _KINDS[opening.kind]:
                 where = f"{kind.name} on lane {lane} of opening {id}"
                 raise _unexpected(f"{where}, a {opening.kind} on lane {opening.lane}")
-            _check_body(kind, frame)
+            check_body(kind, frame)
             match kind:
                 case Kind.TAKEN:
                     _take(opening, number)
@@ -216,6 +243,7 @@ class Openings:
                 case _:
                     if not self._is_awaited(opening, number):
                         return None
+                    opening.counts[kind] += 1
         self._graph.received(frame)
         return None
 
@@ -234,8 +262,10 @@ class Openings:
         if limit_ns <= 0:
             raise _malformed(f"REQUEST is waited for for {limit_ns} ns, expected more than 0")
         opening.requested = number
+        opening.counts[Kind.REQUEST] += 1
         together = sum(len(it.under_way) for it in self._live.values())
         if len(opening.under_way) >= _MOST_REQUESTS or together >= _MOST_REQUESTS_TOGETHER:
+            opening.counts[Kind.FAILURE] += 1
             return True
         opening.under_way.add(number)
         return False
@@ -250,32 +280,11 @@ class Openings:
         return True
 
 
-def _forbidden(rules: AppRules, kind: str, name: str) -> str | None:
-    """Returns why the rules do not let an app open a name; None if they do."""
-    key, of_key = {
-        "subscription": ("subscribe", rules.subscribe),
-        "transform": ("subscribe", rules.subscribe),
-        "client": ("call", rules.call),
-        "service": ("offer", rules.offer),
-    }[kind]
-    return None if of_key.allow(name) else f"no rule in app.{key} has {name}"
-
-
-def _check_body(kind: Kind, frame: Frame) -> None:
-    if kind.body is Body.JSON:
-        Failure.parse(frame.body)
-    elif kind.body is Body.PAYLOAD and not frame.body.startswith(CDR_ENCAPSULATION):
-        found = bytes(frame.body[:4]).hex(" ")
-        expected = CDR_ENCAPSULATION.hex(" ")
-        raise _malformed(f"{kind.name} begins with {found!r}, expected {expected}")
-
-
 def _take(opening: _Opening, number: int) -> None:
     is_sent = opening.sent is not None and not _is_after(number, opening.sent)
     if not is_sent or (opening.taken is not None and not _is_after(number, opening.taken)):
-        raise _unexpected(
-            f"TAKEN has number {number}; {opening.sent} was sent, {opening.taken} TAKEN last"
-        )
+        last = f"{opening.sent} was sent, {opening.taken} TAKEN last"
+        raise _unexpected(f"TAKEN has number {number}; {last}")
     opening.taken = number
 
 

@@ -1,11 +1,14 @@
 """A snapshot of a session, for users and diagnostics."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
 from ..table.stream_table import Topic
+from ..wire.kinds import Kind
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus, Thermal
+from ..wire.opening_bodies import CallStatus
 from .books import SubscriptionReport
 from .link_tests import LinkTestResult
 from .statistics import TopicStatistics
@@ -33,11 +36,27 @@ class TopicReport:
 
 
 @dataclass(frozen=True)
+class CallsReport:
+    """A client or a service of the app, and how often each kind of its frames came or went.
+
+    `device` is from the last STATUS.
+    """
+
+    id: int
+    kind: str
+    name: str
+    type: str
+    counts: Counter[Kind]
+    device: CallStatus | None
+
+
+@dataclass(frozen=True)
 class OpeningsReport:
     """The openings of the app; `late` counts frames for openings that had ended."""
 
     late: int = 0
     subscriptions: Sequence[SubscriptionReport] = ()
+    calls: Sequence[CallsReport] = ()
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from ..wire.frame import Frame
 from ..wire.kinds import Kind
 from ..wire.messages import Link
 from .acceptor import Acceptor
-from .actions import Action, Close, Log, Open, Send, SessionEnded
+from .actions import Action, Close, EndWill, Log, Open, Send, SessionEnded
 from .address_limits import AddressLimits
 from .connection import Connection
 from .connection_io import ConnectionIO
@@ -223,6 +223,7 @@ class Server:
                 del self._connections[io.connection]
             io.end_writer()
             io.transport.close()
+            io.connection.end_wills()
             with self._steps.step() as now_s:
                 self._address_limits.closed(io.connection.host)
                 self._host.closed(io.connection, fault, now_s)
@@ -273,24 +274,27 @@ class Server:
 
     def _act(self, action: Action) -> None:
         match action:
-            case Send(connection, kind, body):
-                if (io := self._connections.get(connection)) is not None:
-                    io.send(kind, body)
-            case Close(connection, ending):
-                if (io := self._connections.get(connection)) is not None:
-                    io.end(ending, self._linger_s)
-            case Open(topic=topic, route=route):
-                try:
-                    route.publish = self._sink.open(topic)
-                except PublishError as refusal:
-                    with self._steps.host_lock:
-                        self._host.topic_refused(action, str(refusal), time.monotonic())
+            case Send(connection, kind, body) if io := self._connections.get(connection):
+                io.send(kind, body)
+            case Close(connection, ending) if io := self._connections.get(connection):
+                io.end(ending, self._linger_s)
+            case Open():
+                self._open_topic(action)
+            case EndWill(will):
+                will.close()
             case Applied():
                 self._sink.configured(action)
             case SessionEnded(report):
                 self._sink.session_ended(report)
             case Log(text, cause):
                 self._log_limits[cause].say(text)
+
+    def _open_topic(self, action: Open) -> None:
+        try:
+            action.route.publish = self._sink.open(action.topic)
+        except PublishError as refusal:
+            with self._steps.host_lock:
+                self._host.topic_refused(action, str(refusal), time.monotonic())
 
     def _log(self, text: str, cause: Cause) -> None:
         self._host.actions.append(Log(text, cause))

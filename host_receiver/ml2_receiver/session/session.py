@@ -19,16 +19,16 @@ from ..wire.messages import (
     Join,
     Joined,
     Status,
-    StreamStatus,
 )
-from .actions import Act, Ending, Log, Open, Send, close, error_body
-from .connection import Connection, Route
+from .actions import Act, Ending, Log, Send, close, error_body
+from .channels import Channels
+from .connection import Connection
 from .link_tests import LinkTests
 from .report import OpeningsReport, Report, State, TopicReport
 from .settings import ReceiverSettings
-from .sink import Applied, refuse
+from .sink import Applied
 from .statistics import Instance, TopicStatistics
-from .stream_state import changes_in_words, stream_states
+from .stream_state import changes_in_words
 from .streams import DesiredStreams, Streams
 from .tickets import Tickets, new_token
 
@@ -64,14 +64,16 @@ class Session:
         self.skipped_frames = 0
         self._settings, self._act, self.control = settings, act, control
         self.openings = control.openings = settings.openings(hello, instance.books)
+        of_channels = settings.table.custom_topics, self.streams, control, instance, self.openings
+        self._channels = Channels(*of_channels, act)
         self._tickets = Tickets(settings.lanes(self.openings))
         self._open = {control}
         self._began_s = self._last_received_s = self._last_sent_s = now_s
         self._lane_ended_s: float | None = None
         self._bye_s: float | None = None
         self._handlers: dict[int, Callable[[bytearray, float], None]] = {
-            Kind.CHANNEL: lambda body, _: self._channel(Channel.parse(body)),
-            Kind.CHANNEL_END: lambda body, _: self.streams.end(ChannelEnd.parse(body)),
+            Kind.CHANNEL: lambda body, now_s: self._channel(Channel.parse(body), now_s),
+            Kind.CHANNEL_END: lambda body, _: self._channels.end(ChannelEnd.parse(body)),
             Kind.CONFIGURED: lambda body, _: self._configured(Configured.parse(body)),
             Kind.STATUS: lambda body, _: self._status(Status.parse(body)),
             Kind.FILLER: lambda body, now_s: self.link_tests.filled(len(body), now_s),
@@ -132,13 +134,10 @@ class Session:
         else:
             self.skipped_frames += 1
 
-    def _channel(self, channel: Channel) -> None:
-        topic = self.streams.announce(channel)
-        statistics = self.instance.statistics(topic.name)
-        route = Route(refuse, statistics)
-        self.streams.route(channel.id, route)
-        self._act(Open(self.control, channel.id, topic, route))
-        if self.streams.is_answered:
+    def _channel(self, channel: Channel, now_s: float) -> None:
+        if (reason := self._channels.announce(channel)) is not None:
+            self.topic_refused(channel.id, reason, now_s)
+        elif self.streams.is_answered:
             self._apply()
 
     def topic_refused(self, channel: int, reason: str, now_s: float) -> None:
@@ -159,15 +158,8 @@ class Session:
 
     def _apply(self) -> None:
         answers, topics = self.streams.answers, self.streams.topics
-        hello, states = self.hello, self._stream_states()
+        hello, states = self.hello, self.streams.states(self.status)
         self._act(Applied(hello.name, self.id, answers, topics, states, hello.device_id))
-
-    def _stream_states(self) -> dict[str, StreamStatus]:
-        return stream_states(self.streams.answers, self._reported)
-
-    @property
-    def _reported(self) -> Mapping[str, StreamStatus]:
-        return (self.status and self.status.streams) or {}
 
     def advance(self, desired: DesiredStreams, now_s: float) -> None:
         """Sends CONFIGURE or START if one of them is due."""
@@ -182,23 +174,20 @@ class Session:
         """Starts a link test; report() has the result.
 
         Raises:
-            LinkTestError: the device is not connected, a test is running, or the last test was not
-                answered.
+            LinkTestError: no device is connected, a test is running, or the last got no answer.
         """
         if self.state is not State.CONNECTED or not self._is_complete:
             raise LinkTestError("no headset is connected")
         self._send(Kind.LINK_TEST, self.link_tests.ask(now_s), now_s)
 
     def _status(self, status: Status) -> None:
-        known, before = self._reported, self._stream_states()
+        before, now = self.streams.states(self.status), self.streams.states(status)
         self.status = status
-        now = self._stream_states()
         for text in changes_in_words(before, now):
             self._log(text)
         if now != before and self.streams.is_answered:
             self._apply()
-        available = {id for id, it in now.items() if it.state == "available"}
-        if any(id not in known or known[id].state != "available" for id in available):
+        if any(it.state == "available" != before[id].state for id, it in now.items()):
             self.streams.renegotiate()
 
     def _error(self, connection: Connection, error: Error) -> None:
@@ -216,6 +205,7 @@ class Session:
     def closed(self, connection: Connection, fault: str | None, now_s: float) -> None:
         """Removes a connection that has ended; `fault` is None if it ended between two frames."""
         self._open.discard(connection)
+        self._channels.tell(self._log)
         if self.state is not State.CONNECTED:
             return
         if fault is not None and (self._bye_s is None or connection is not self.control):
@@ -247,8 +237,14 @@ class Session:
             self.finish(State.LOST, "a lane ended without BYE", Bye("a lane ended"))
         elif now_s - self._last_sent_s >= limits.ping_s:
             self._send(Kind.PING, None, now_s)
+        self._hold_to_rules(now_s)
+
+    def _hold_to_rules(self, now_s: float) -> None:
+        for channel, reason in self._channels.withdrawn():
+            self.topic_refused(channel, reason, now_s)
         for closed in self.openings.ended() if self.openings else []:
             self._send(Kind.CLOSED, closed, now_s)
+        self._channels.tell(self._log)
 
     def fail(self, error: ProtocolError) -> None:
         """Ends the session with an ERROR on control."""
@@ -285,7 +281,7 @@ class Session:
             answers=self.streams.answers,
             link_test=self.link_tests.report(now_s),
             thermal=status.thermal if status else None,
-            streams=self._stream_states(),
+            streams=self.streams.states(self.status),
             openings=self.openings.report(status) if self.openings else OpeningsReport(),
             topics=[self._topic_report(*topic) for topic in self.instance.topics.items()],
         )
@@ -293,9 +289,8 @@ class Session:
     def _topic_report(self, name: str, statistics: TopicStatistics) -> TopicReport:
         topic = self.streams.topic(name)
         device = self.status.channels.get(name) if self.status else None
-        if device is not None:
-            device = statistics.of_this_receiver(device)
-        return TopicReport(topic, statistics, device, self.streams.is_running(topic))
+        own = device and statistics.of_this_receiver(device)
+        return TopicReport(topic, statistics, own, self.streams.is_running(topic))
 
     def _log(self, text: str) -> None:
         self._act(Log(f"{self.hello.name!r}: {text}", "session"))

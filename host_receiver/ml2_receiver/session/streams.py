@@ -7,8 +7,19 @@ from enum import Enum, auto
 from ..errors import ErrorCode, ProtocolError
 from ..table.stream_table import StreamTable, Topic
 from ..wire.json_body import Scalar
-from ..wire.messages import Channel, ChannelEnd, Configure, Configured, Link, Start, StreamAnswer
+from ..wire.messages import (
+    Channel,
+    ChannelEnd,
+    Configure,
+    Configured,
+    Link,
+    Start,
+    Status,
+    StreamAnswer,
+    StreamStatus,
+)
 from .connection import Route
+from .stream_state import stream_states
 
 type Request = Mapping[str, Mapping[str, Scalar]]
 
@@ -117,6 +128,10 @@ class Streams:
         is_asked_for = self._is_streaming and topic.stream in self._requested
         return is_asked_for and topic in list(self._live.values())
 
+    def states(self, status: Status | None) -> dict[str, StreamStatus]:
+        """Returns the state of each stream: that of the last STATUS, or else the answered one."""
+        return stream_states(self.answers, (status and status.streams) or {})
+
     def topic(self, name: str) -> Topic:
         """Returns the row of the stream table, or the app's own topic."""
         return self._topics.get(name) or self._custom[name]
@@ -213,9 +228,8 @@ class Streams:
 
     def _checked_custom(self, channel: Channel) -> Topic:
         rules, known = self._table.custom_topics, self._custom
-        topic = rules.topic(channel.topic, channel.type)
-        found = (channel.role, channel.qos, channel.lane)
-        if topic is None or found != (rules.role, rules.qos, rules.lane.name):
+        topic = rules.topic(channel.topic, channel.type, channel.qos, channel.lane)
+        if topic is None or channel.role != rules.role or channel.topic in self._topics:
             raise ProtocolError(
                 ErrorCode.CHANNEL, f"no custom topic can be {channel.topic!r}: {channel!r}"
             )
@@ -224,10 +238,9 @@ class Streams:
             self.is_answered or rules.stream not in self._requested_before
         ):
             raise ProtocolError(ErrorCode.CHANNEL, f"{topic.name} was not asked for")
-        if known.get(topic.name, topic) != topic:
-            raise ProtocolError(
-                ErrorCode.CHANNEL, f"{topic.name} is {known[topic.name].type}, not {topic.type}"
-            )
+        if (before := known.get(topic.name, topic)) != topic:
+            was, now = ((it.type, it.qos, it.lane.name) for it in (before, topic))
+            raise ProtocolError(ErrorCode.CHANNEL, f"{topic.name} is {was}, not {now}")
         if topic.name not in known and len(known) >= rules.max_topics:
             raise ProtocolError(
                 ErrorCode.CHANNEL, f"{topic.name} is one more than {rules.max_topics} custom topics"

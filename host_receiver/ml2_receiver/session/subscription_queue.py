@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
-from ..wire.frame import encode_header
+from ..wire.frame import HEADER_BYTES, encode_header
 from ..wire.kinds import Kind, Lane
 from ..wire.opening_bodies import DEFAULT_DEPTH, Open
 from .books import Books
@@ -14,7 +14,8 @@ from .books import Books
 type Payload = bytes | bytearray | mmap.mmap
 type Pieces = Iterable[bytes | memoryview]
 
-_SLICE_BYTES = 16 << 10
+# So much of a large message is copied behind its header.
+_COPIED_BYTES = (16 << 10) - HEADER_BYTES
 
 
 class Message(NamedTuple):
@@ -25,7 +26,7 @@ class Message(NamedTuple):
     number: int = 0
 
     def pieces(self, id: int) -> Iterator[bytes | memoryview]:
-        """Yields its frame; of a large message only the beginning is copied."""
+        """Yields its frame in two pieces, if it is large. Only the first one is copied."""
         length, view = len(self.payload), memoryview(self.payload)
         header = encode_header(
             Kind.MESSAGE,
@@ -35,13 +36,13 @@ class Message(NamedTuple):
             capture_ns=self.source_ns,
             send_ns=time.time_ns(),
         )
-        yield header + view[:_SLICE_BYTES]
-        for begin in range(_SLICE_BYTES, length, _SLICE_BYTES):
-            yield view[begin : begin + _SLICE_BYTES]
+        yield header + view[:_COPIED_BYTES]
+        if length > _COPIED_BYTES:
+            yield view[_COPIED_BYTES:]
 
 
 class SubscriptionQueue:
-    """Where the graph puts the messages of one subscription, from any thread.
+    """The queue into which the graph puts the messages of one subscription. Thread-safe.
 
     Attributes:
         name, type: those of the topic.

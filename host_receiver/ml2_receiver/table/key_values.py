@@ -12,6 +12,7 @@ LINK_WORDS = ("auto", "fixed")
 
 _SEGMENT = re.compile(r"\*\*?|[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _LONGEST_NAME = 255  # of a topic in DDS
+_LONGEST_LINE = 63  # of the name of a map in OpenXR
 _MOST_NAMES = 64
 # https://design.ros2.org/articles/topic_and_service_names.html; the bound leaves room for the
 # longest relative topic in the 247 bytes of RMW_TOPIC_MAX_NAME_LENGTH.
@@ -35,8 +36,8 @@ def accepts(value: object, key: Key) -> bool:
             return _is_within(value, key)
         case "link":
             return _is_link(value)
-        case "file":
-            return isinstance(value, str) and value.isprintable()
+        case "file" | "line":
+            return isinstance(value, str) and value.isprintable() and _is_short(value, key)
         case "names":
             return _are_rules(value.split() if isinstance(value, str) else value)
         case "topic":
@@ -51,6 +52,10 @@ def is_rule(text: object) -> bool:
         return False
     first, *segments = text.split("/")
     return not first and bool(segments) and all(map(_SEGMENT.fullmatch, segments))
+
+
+def _is_short(value: str, key: Key) -> bool:
+    return key.type != "line" or len(value.encode()) <= _LONGEST_LINE
 
 
 def _are_rules(value: object) -> bool:
@@ -84,6 +89,8 @@ def expected(key: Key) -> str:
             return f"{', '.join(LINK_WORDS)}, or a number of Mbit/s above 0"
         case "file":
             return "the name of a file, or nothing"
+        case "line":
+            return f"a text of at most {_LONGEST_LINE} bytes in one line, or nothing"
         case "names":
             return (
                 f"a list of at most {_MOST_NAMES} absolute names such as /robot/scan, whose"

@@ -35,7 +35,7 @@ Row = Mapping[str, Any]
 
 # libyaml's loader if PyYAML has it, which saves every program 60 ms.
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-_KEY_TYPES = ("bool", "file", "integer", "link", "names", "number", "topic")
+_KEY_TYPES = ("bool", "file", "integer", "line", "link", "names", "number", "topic")
 
 
 @functools.cache
@@ -111,7 +111,7 @@ def _distinct(names: list[str]) -> None:
 
 
 def _lanes(custom: CustomTopics, streams: Mapping[str, Stream]) -> Mapping[str, Lane]:
-    lanes = {custom.lane.name: custom.lane}
+    lanes = {lane.name: lane for lane in custom.lanes}
     for lane in (topic.lane for stream in streams.values() for topic in stream.topics):
         if lanes.setdefault(lane.name, lane) != lane:
             raise ValueError(f"lane {lane.name}: expected topics of one class, found two")
@@ -139,18 +139,9 @@ def _section(id: str, row: Row, permissions: Collection[str]) -> Section:
     )
 
 
-def _mode(
-    stream: int,
-    formats: list[str],
-    rates: list[int],
-    resolutions: list[list[int]],
-) -> Mode:
-    return Mode(
-        stream=stream,
-        formats=tuple(formats),
-        rates=tuple(rates),
-        resolutions=tuple((width, height) for width, height in resolutions),
-    )
+def _mode(stream: int, formats: list[str], rates: list[int], resolutions: list[list[int]]) -> Mode:
+    sizes = tuple((width, height) for width, height in resolutions)
+    return Mode(stream, tuple(formats), tuple(rates), sizes)
 
 
 def _camera_keys(modes: tuple[Mode, ...], defaults: Row) -> Iterator[Key]:
@@ -243,9 +234,12 @@ def _condition(when: Row, section: Section) -> Mapping[str, tuple[Scalar, ...]]:
 
 def _custom_topics(row: Row, document: Row, classes: Mapping[str, LaneClass]) -> CustomTopics:
     _one_of("stream", row["stream"], document["streams"])
-    _one_of("lane", row["lane"], classes)
-    _one_of("qos", row["qos"], document["qos"])
-    return CustomTopics(**{**row, "lane": classes[row["lane"]].lane(row["stream"])})
+    for name in row["lanes"]:
+        _one_of("lane", name, classes)
+    for name in row["qos"]:
+        _one_of("qos", name, document["qos"])
+    lanes = tuple(classes[name].lane(row["stream"]) for name in row["lanes"])
+    return CustomTopics(**{**row, "lanes": lanes, "qos": tuple(row["qos"])})
 
 
 def _adaptation(row: Row, streams: Collection[str]) -> Adaptation:

@@ -15,7 +15,8 @@ from ..wire.kinds import CONTROL, LINK_TEST, PAIRING, ROS_LANES, TIME, Lane, Lan
 MESSAGE_TYPE = re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
 SERVICE_TYPE = re.compile(r"[a-z][a-z0-9_]*/srv/[A-Z][A-Za-z0-9]*")
 _CUSTOM_NAME = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
-_MAX_NAME, _MAX_TYPE = 64, 128
+_ABSOLUTE_NAME = re.compile(r"(/[A-Za-z](_?[A-Za-z0-9])*)+")
+_MAX_NAME, _MAX_TYPE, _MAX_ABSOLUTE = 64, 128, 255
 
 # The keys of every camera section except `enabled`. Their values are legal if one mode has all.
 CAMERA_KEYS = ("stream", "resolution_width", "resolution_height", "update_rate", "format")
@@ -34,7 +35,7 @@ class Qos:
 
 @dataclass(frozen=True)
 class LaneClass:
-    """What lanes of one purpose have in common.
+    """The common properties of the lanes of one purpose.
 
     A shared class is one lane with its name. Of another class, each stream with topics on it has a
     lane of its own, named by the stream's id. What is paced gives way to what is not.
@@ -71,7 +72,7 @@ class Condition(NamedTuple):
 
 @dataclass(frozen=True)
 class Pace:
-    """How often a stream delivers.
+    """The rate at which a stream delivers.
 
     `rate_hz` is the nominal rate; None means the rate of a camera's mode, or as delivered.
     `longest_pause_s` is the longest normal pause between two samples; None means that any pause is
@@ -114,23 +115,30 @@ class Topic:
 
 @dataclass(frozen=True)
 class CustomTopics:
-    """The topics `<stream>/<name>` that the device names, `max_topics` per run of its app."""
+    """The topics that the device names, `max_topics` per run of its app.
+
+    They are `<stream>/<name>`, or absolute. Each has one of `lanes` and of `qos`, by default the
+    first.
+    """
 
     stream: str
     role: str
-    lane: Lane
-    qos: str
+    lanes: tuple[Lane, ...]
+    qos: tuple[str, ...]
     max_topics: int
 
-    def topic(self, name: str, type: str) -> Topic | None:
-        """Returns the row of a custom topic, or None if ROS forbids its name or type."""
+    def topic(self, name: str, type: str, qos: str = "", lane: str = "") -> Topic | None:
+        """Returns the row of a custom topic, or None if there can be none."""
         folder, _, own = name.partition("/")
-        is_name = folder == self.stream and len(own) <= _MAX_NAME and _CUSTOM_NAME.fullmatch(own)
-        if not is_name or len(type) > _MAX_TYPE or not MESSAGE_TYPE.fullmatch(type):
+        is_own = folder == self.stream and len(own) <= _MAX_NAME and _CUSTOM_NAME.fullmatch(own)
+        is_absolute = len(name) <= _MAX_ABSOLUTE and _ABSOLUTE_NAME.fullmatch(name)
+        if not (is_own or is_absolute) or len(type) > _MAX_TYPE or not MESSAGE_TYPE.fullmatch(type):
             return None
-        return Topic(
-            self.stream, self.role, name, type, self.lane, self.qos, None, when=None, frame=""
-        )
+        by_name = {it.name: it for it in self.lanes}
+        found = by_name.get(lane or self.lanes[0].name)
+        if found is None or (qos := qos or self.qos[0]) not in self.qos:
+            return None
+        return Topic(self.stream, self.role, name, type, found, qos, None, when=None, frame="")
 
 
 @dataclass(frozen=True)
@@ -183,10 +191,10 @@ class Mode:
 class Key:
     """One key of a section.
 
-    `type` is "bool", "file", "integer", "link", "names", "number", "text" or "topic". A number lies
-    between `minimum` and `maximum`. Names are a list in files, or one text with spaces between
-    them; it is a text for ROS, whose files have no empty lists. A `read_only` key cannot change
-    while the receiver runs.
+    `type` is "bool", "file", "integer", "line", "link", "names", "number", "text" or "topic". A
+    number lies between `minimum` and `maximum`. Names are a list in files, or one text with spaces
+    between them; it is a text for ROS, whose files have no empty lists. A `read_only` key cannot
+    change while the receiver runs.
     """
 
     name: str

@@ -1,1 +1,1 @@
-"""Sinks in front of others, whether streams deliver, and the receiver's own topics."""
+"""Sinks in front of others, judgements of streams, and the receiver's own topics."""

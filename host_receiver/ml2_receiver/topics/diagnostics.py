@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from ..session.books import SubscriptionReport
 from ..session.link_tests import LinkTestResult
-from ..session.report import Report, State, TopicReport
+from ..session.report import CallsReport, Report, State, TopicReport
 from ..session.statistics import SHARES, TopicStatistics
 from ..session.stream_state import Judgement, in_words
+from ..wire.kinds import Kind
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
 from .adaptation import ADAPTATION, adaptation_message, adaptation_values
 from .judgement import Judge, expected_hz, judgement_values
@@ -19,6 +20,8 @@ from .judgement import Judge, expected_hz, judgement_values
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
 ALL_ARRIVED, LOST = "all that was produced arrived", "lost messages"
+CALLS = ("client ", "service ")  # and the name: the rows of those of the app
+_OF_CALLS = (Kind.REQUEST, Kind.RESPONSE, Kind.FAILURE)
 SUBSCRIPTION = "subscription "  # and the topic: the row of a subscription of the app
 # From this state on, Android slows the headset down noticeably.
 _HOT = {"severe", "critical", "emergency", "shutdown"}
@@ -79,9 +82,10 @@ class Diagnostics:
             self._topic(topic, judgement, report, now_s)
             for topic, judgement in zip(report.topics, judgements.topics, strict=True)
         ]
-        subscriptions = [_subscription(it) for it in report.openings.subscriptions]
+        openings = [_subscription(it) for it in report.openings.subscriptions]
+        openings += [_calls(it) for it in report.openings.calls]
         head = [_session(report, judgements.streams), *clock, *link, *adaptation]
-        return [*head, *topics, *subscriptions]
+        return [*head, *topics, *openings]
 
     def _topic(self, topic: TopicReport, judgement: Judgement, report: Report, now_s: float) -> Row:
         statistics = topic.statistics
@@ -260,15 +264,20 @@ def _subscription(report: SubscriptionReport) -> Row:
     return Row(f"{SUBSCRIPTION}{report.name}", level, message, values)
 
 
+def _calls(report: CallsReport) -> Row:
+    """Makes the row of a client or service of the app; who has called is told of a failure."""
+    values = {"id": str(report.id), "service_type": report.type}
+    values |= {f"{it.name.lower()}s": str(report.counts[it]) for it in _OF_CALLS}
+    if (device := report.device) is not None:
+        counts = {"requests": device.requests, "responses": device.responses}
+        counts |= {f"failures.{code}": count for code, count in device.failures.items()}
+        values |= {f"app.{what}": str(count) for what, count in counts.items()}
+    return Row(f"{report.kind} {report.name}", Level.OK, "open", values)
+
+
 def _latency(statistics: TopicStatistics) -> dict[str, str]:
     latency = statistics.latency()
-    if latency is None:
-        return {}
-    return {
-        "latency_p50_ms": f"{latency.p50_ms:.3f}",
-        "latency_p99_ms": f"{latency.p99_ms:.3f}",
-        "latency_jitter_ms": f"{latency.jitter_ms:.3f}",
-    }
+    return {f"latency_{what}": f"{ms:.3f}" for what, ms in vars(latency).items()} if latency else {}
 
 
 def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:

@@ -25,7 +25,7 @@ _STATE, _PERMISSION = "state.", "missing."
 
 @dataclass
 class _Past:
-    """When messages of a topic arrived, as of the previous call.
+    """The arrival of a topic's messages, as of the previous call.
 
     Attributes:
         began_s: the time from which on messages are expected.

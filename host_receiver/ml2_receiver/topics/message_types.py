@@ -30,7 +30,10 @@ def service_class(name: str) -> Any:
 def _made(name: str, folder: str, what: str) -> Any:
     package, _, type = name.partition(f"/{folder}/")
     if not _has_messages(package):
-        raise ImportError(f"there is no package {package} of ROS messages here")
+        raise ImportError(
+            f"there is no package {package} of ROS messages here: install it, or source its "
+            "workspace before the receiver starts"
+        )
     found = getattr(importlib.import_module(f"{package}.{folder}"), type, None)
     if found is None:
         raise ImportError(f"package {package} has no {what} {type}")

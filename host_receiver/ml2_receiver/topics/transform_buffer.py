@@ -1,4 +1,4 @@
-"""Where frames are: the transforms of /tf and /tf_static, and the pose of one frame in another."""
+"""Keeps the transforms of /tf and /tf_static, and gives the pose of one frame in another."""
 
 from __future__ import annotations
 
@@ -201,10 +201,10 @@ def _text(payload: bytes, at: int) -> tuple[str, int]:
 
 
 def _unit(transform: Rigid) -> Rigid | None:
-    length = math.sqrt(sum(it * it for it in transform.rotation))
-    if not math.isfinite(length + sum(transform.translation)) or length < 1e-6:
+    (a, b, c), (x, y, z, w) = transform
+    length = math.hypot(x, y, z, w)
+    if not math.isfinite(length + a + b + c) or length < 1e-6:
         return None
-    x, y, z, w = transform.rotation
     return Rigid(transform.translation, (x / length, y / length, z / length, w / length))
 
 

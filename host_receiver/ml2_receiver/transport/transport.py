@@ -12,7 +12,7 @@ _SCRATCH_BYTES = 64 * 1024
 # connections, and what gives way to all other data.
 CS6, CS1 = 48 << 2, 8 << 2
 _INT_BYTES = 4
-# Where tcpi_min_rtt, in microseconds, ends in struct tcp_info of linux/tcp.h.
+# The end of tcpi_min_rtt, in microseconds, in struct tcp_info of linux/tcp.h.
 _MIN_RTT_END = 152
 
 

@@ -1,16 +1,20 @@
 """The JSON bodies of frames; PROTOCOL.md says what their keys mean."""
 
+import base64
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
+from .frame import CDR_ENCAPSULATION
 from .json_body import JsonBody, Scalar, check_text
-from .opening_bodies import SubscriptionStatus
+from .opening_bodies import CallStatus, SubscriptionStatus
 
-_NAME_CHARACTERS = 64
-_ID_CHARACTERS = 128
+NAME_CHARACTERS = 64
+ID_CHARACTERS = 128
 _REASON_CHARACTERS = 200
 _BEST_QUALITY = 100
+_WILL_BYTES = 2048
 MAX_LINK_TEST_BYTES = 64 << 20
 
 ClockState = Literal["waiting", "synchronised", "holdover", "frozen"]
@@ -48,9 +52,9 @@ class Hello(JsonBody):
     channels: Mapping[str, ChannelStatus] | None = None
 
     def __post_init__(self) -> None:
-        check_text("name", self.name, _NAME_CHARACTERS)
+        check_text("name", self.name, NAME_CHARACTERS)
         for key in ("device_id", "instance_id", "software"):
-            check_text(key, getattr(self, key), _ID_CHARACTERS)
+            check_text(key, getattr(self, key), ID_CHARACTERS)
 
 
 @dataclass(frozen=True)
@@ -90,8 +94,8 @@ class Welcome(JsonBody):
     ros: AllowedUses | None = None
 
     def __post_init__(self) -> None:
-        check_text("name", self.name, _NAME_CHARACTERS)
-        check_text("software", self.software, _ID_CHARACTERS)
+        check_text("name", self.name, NAME_CHARACTERS)
+        check_text("software", self.software, ID_CHARACTERS)
 
 
 @dataclass(frozen=True)
@@ -145,6 +149,26 @@ class Configured(JsonBody):
 
 
 @dataclass(frozen=True)
+class WillBody:
+    payload: str
+    silent_ms: int
+
+    def __post_init__(self) -> None:
+        if not 50 <= self.silent_ms <= 5000:
+            raise ValueError(f"silent_ms: expected 50 to 5000, found {self.silent_ms}")
+        if len(self.message) > _WILL_BYTES or not self.message.startswith(CDR_ENCAPSULATION):
+            raise ValueError(f"payload: expected a Payload of at most {_WILL_BYTES} bytes")
+
+    @cached_property
+    def message(self) -> bytes:
+        """The Payload. Raises ValueError if it is not Base64."""
+        try:
+            return base64.b64decode(self.payload, validate=True)
+        except ValueError as error:
+            raise ValueError(f"payload: expected Base64: {error}") from error
+
+
+@dataclass(frozen=True)
 class Channel(JsonBody):
     id: int
     stream: str
@@ -154,6 +178,7 @@ class Channel(JsonBody):
     qos: str
     frame_id: str
     lane: str
+    will: WillBody | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= self.id <= 0xFFFF:
@@ -208,7 +233,7 @@ class StreamStatus:
         if self.reason is not None and len(self.reason) > _REASON_CHARACTERS:
             raise ValueError(f"reason: expected at most {_REASON_CHARACTERS} characters")
         if self.permission is not None:
-            check_text("permission", self.permission, _ID_CHARACTERS)
+            check_text("permission", self.permission, ID_CHARACTERS)
         if self.quality is not None and not 1 <= self.quality <= _BEST_QUALITY:
             raise ValueError(f"quality: expected 1 to {_BEST_QUALITY}, found {self.quality}")
         if self.rate_hz is not None and self.rate_hz < 1:
@@ -224,6 +249,7 @@ class Status(JsonBody):
     thermal: Thermal | None = None
     streams: Mapping[str, StreamStatus] | None = None
     openings: Mapping[str, SubscriptionStatus] | None = None
+    calls: Mapping[str, CallStatus] | None = None
 
 
 @dataclass(frozen=True)
@@ -255,38 +281,3 @@ class Error(JsonBody):
 @dataclass(frozen=True)
 class Bye(JsonBody):
     reason: str
-
-
-@dataclass(frozen=True)
-class PairChallenge(JsonBody):
-    nonce: str
-    name: str
-    software: str
-
-    def __post_init__(self) -> None:
-        check_text("name", self.name, _NAME_CHARACTERS)
-        check_text("software", self.software, _ID_CHARACTERS)
-
-
-@dataclass(frozen=True)
-class Pair(JsonBody):
-    token: str
-    name: str
-    device_id: str
-    certificate: str
-    signature: str
-
-    def __post_init__(self) -> None:
-        check_text("name", self.name, _NAME_CHARACTERS)
-        check_text("device_id", self.device_id, _ID_CHARACTERS)
-
-
-@dataclass(frozen=True)
-class Paired(JsonBody):
-    name: str
-    port: int
-
-    def __post_init__(self) -> None:
-        check_text("name", self.name, _NAME_CHARACTERS)
-        if not 1 <= self.port <= 0xFFFF:
-            raise ValueError(f"port: expected 1 to 65535, found {self.port}")

@@ -2,12 +2,14 @@
 
 import math
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from ..errors import ErrorCode, ProtocolError
+from .frame import CDR_ENCAPSULATION, Frame
 from .json_body import JsonBody, check_text
-from .kinds import ROS_LANES
+from .kinds import ROS_LANES, Body, Kind
 
 OPENING_KINDS = ("subscription", "client", "service", "transform")
 _LANES = [it.name for it in ROS_LANES]
@@ -105,6 +107,19 @@ class SubscriptionStatus:
 
 
 @dataclass(frozen=True)
+class CallStatus:
+    """The device's counters of a client or a service, since its app made it; failures by code."""
+
+    requests: int
+    responses: int
+    failures: Mapping[str, int]
+
+    def __post_init__(self) -> None:
+        if min(self.requests, self.responses, *self.failures.values()) < 0:
+            raise ValueError("counts are not negative")
+
+
+@dataclass(frozen=True)
 class Failure(JsonBody):
     code: str
     message: str
@@ -136,6 +151,20 @@ class Pose(NamedTuple):
 
     def to_bytes(self) -> bytes:
         return _POSE.pack(*self)
+
+
+def check_body(kind: Kind, frame: Frame) -> None:
+    """Checks the body of a frame of the app in an opening.
+
+    Raises:
+        ProtocolError: `malformed`: it is no Payload, or no Failure.
+    """
+    if kind.body is Body.JSON:
+        Failure.parse(frame.body)
+    elif kind.body is Body.PAYLOAD and not frame.body.startswith(CDR_ENCAPSULATION):
+        found, expected = bytes(frame.body[:4]).hex(" "), CDR_ENCAPSULATION.hex(" ")
+        reason = f"{kind.name} begins with {found!r}, expected {expected}"
+        raise ProtocolError(ErrorCode.MALFORMED, reason)
 
 
 def _check_id(id: int) -> None:

@@ -96,7 +96,7 @@ class ZenohOutput:
                 lambda _: self._news.put("router")
             )
             self._say_connection(session)
-            self._follow(session, sink)
+            self._handle_news(session, sink)
             listener.undeclare()
             self._sinks.remove(sink)
             self._control.demand("zenoh", {})
@@ -125,7 +125,7 @@ class ZenohOutput:
             mine.node,
         )
 
-    def _follow(self, session: zenoh.Session, sink: ZenohSink) -> None:
+    def _handle_news(self, session: zenoh.Session, sink: ZenohSink) -> None:
         due_s = time.monotonic()
         while (news := self._next(due_s - time.monotonic())) != "close":
             if news == "demand":

@@ -1,4 +1,4 @@
-"""Which files a recording has."""
+"""Finds the files of a recording."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _is_mcap(file: Path) -> bool:
 
 
 def _inside(folder: Path, found: list[Path]) -> str:
-    """What to name instead of a folder of recordings."""
+    """Returns a hint that names the recordings in a folder; empty if there are none."""
     names = [it.name for it in found if it.is_dir() and any(map(_is_mcap, it.iterdir()))]
     return f"Name one of the recordings in {folder}: {', '.join(names)}." if names else ""
 

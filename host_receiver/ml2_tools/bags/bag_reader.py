@@ -22,7 +22,7 @@ _NEVER = (1 << 64, 0)  # times of MCAP have 64 bits
 _MOST_NS = (1 << 63) - 1
 # A pause between files that nobody says belong together.
 _APART_NS = 60_000_000_000
-# Of messages in memory, since parts overlap.
+# Maximum bytes waiting in memory across all parts, since parts overlap.
 _MOST_WAITING_BYTES = 2 << 30
 
 
@@ -116,16 +116,16 @@ class Bag:
 
     @property
     def left_out(self) -> list[str]:
-        """What is not among the messages, in words, after they have been read once."""
+        """Sentences on what messages() left out, after it has read the recording once."""
         copies = self._copies.count
         words = [f"{copies} messages that another file has, too"] if copies else []
         return [*self._notes, *self._topics.left_out(), *words]
 
     @property
     def apart(self) -> list[str]:
-        """Where files may be of several recordings, since a pause is between them, in words.
+        """Sentences on pauses after which the files may belong to another recording.
 
-        With metadata.yaml they are of one.
+        There are none if metadata.yaml says that the files belong together.
         """
         if len(self._files) < 2 or (self._path / "metadata.yaml").exists():
             return []

@@ -1,4 +1,4 @@
-"""Which topics of a recording are read, and which messages are not."""
+"""Chooses the topics of a recording that are read, and counts the messages that are not."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class BagTopics:
             lost = self._without_channel
             only = f", only {lost} messages whose topic no record tells" if lost else ""
             raise RecordingError(f"{path} has no topics{only}", hint="Nothing was recorded.")
-        # Of a topic with several types, that with the most messages is read.
+        # If a topic has several types, the type with the most messages is read.
         readable = [it for it, _ in self._counts.most_common() if it[2] == _CDR]
         self.types = {topic: type for topic, type, _ in reversed(readable)}
         if self._counts and not readable:

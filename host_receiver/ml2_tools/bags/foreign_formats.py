@@ -1,4 +1,4 @@
-"""What a file is that is not MCAP, by how it begins."""
+"""Recognises files that are not MCAP, by their beginning or their name."""
 
 from __future__ import annotations
 

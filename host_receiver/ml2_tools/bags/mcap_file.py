@@ -64,7 +64,7 @@ class Part:
 
 @dataclass
 class Contents:
-    """What a file has.
+    """The contents of a file.
 
     Attributes:
         types: the type of each channel's messages by its id; empty if it has no schema.

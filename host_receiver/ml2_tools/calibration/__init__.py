@@ -1,0 +1,1 @@
+"""Estimates from recordings how inertial units are mounted on the head."""

@@ -6,8 +6,7 @@ feels, less gravity. The weights are cubic B-splines: by partial integration, th
 derivatives take the place of derivatives of the measured positions, whose noise would drown them.
 
 The unknowns are fitted together by least squares with a Cauchy loss. Residuals of neighbouring
-times are correlated, so the covariance is inflated by the sum of their autocorrelation, which is
-the variance inflation factor of a time series (for example Bartlett 1946).
+times are correlated, so the covariance is inflated by the peak of their spectrum (Bartlett 1950).
 """
 
 from __future__ import annotations
@@ -23,6 +22,8 @@ from scipy.spatial.transform import Rotation, RotationSpline
 
 from ml2_receiver.errors import CalibrationError
 
+from .motion import Floats, HeadPoses, Samples, UnitMotion
+
 # Standard gravity (CGPM 1901), in m/s^2. On the ground it differs by up to 0.03 from it.
 _GRAVITY, _GRAVITY_SIGMA = 9.80665, 0.02
 _STEP_S = 0.005
@@ -31,17 +32,19 @@ _TURN_STEPS = 64  # a power of two
 _KNOT_S, _CENTRE_S = 0.15, 0.1
 _LARGEST_OFFSET_S = 0.2
 _LEAST_S = 20.0
-# What is between samples that are further apart is not used.
+# Times between samples that are further apart are not used.
 _LONGEST_GAP_S = 0.1
-# What a calibration is refused for: standard deviations.
+# Maximum standard deviations of an accepted calibration.
 _LARGEST_SIGMA_M, _LARGEST_SIGMA_RAD = 0.005, np.radians(0.1)
 # Axes about which the head turned less than this share of the axis with most.
 _LEAST_SHARE = 0.4
 # Steps of each fit: a motion that shows little leads nowhere.
 _FITS, _MOST_STEPS = 3, 20
-# Of the residuals: turns in rad, accelerations in m/s^2. The least are what interpolation costs.
+# Scales of the residuals: turns in rad, accelerations in m/s^2. Interpolation costs the least.
 _FIRST_SCALES, _LEAST_SCALES = np.array([1e-3, 0.05]), np.array([1e-5, 1e-3])
 _OUTLIER_SIGMAS = 5.0
+# Residuals that are further apart are taken for independent.
+_LAGS = 16
 # The median of the absolute values of normal numbers, as a share of their standard deviation.
 _MEDIAN_SHARE = 0.6745
 _TURNS = {
@@ -49,39 +52,6 @@ _TURNS = {
     1: "nod (about left-right)",
     2: "shake the head (about up-down)",
 }
-
-type Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Samples:
-    """Values of three axes, n x 3, with rising stamps in s."""
-
-    stamps_s: Floats
-    values: Floats
-
-
-@dataclass(frozen=True)
-class HeadPoses:
-    """Poses of head_frame (REP-103: x forward, y left, z up) in a world whose z points up.
-
-    Attributes:
-        positions_m: n x 3.
-        rotations: n, from the head's axes to the world's.
-    """
-
-    stamps_s: Floats
-    positions_m: Floats
-    rotations: Rotation
-
-
-@dataclass(frozen=True)
-class UnitMotion:
-    """The poses of the head, and the data of one unit, on one clock."""
-
-    poses: HeadPoses
-    gyroscope: Samples
-    accelerometer: Samples
 
 
 @dataclass(frozen=True)
@@ -281,21 +251,18 @@ def _sigma(residuals: Floats) -> float:
 
 
 def _inflation(residuals: Floats) -> float:
-    """Returns by how much more a mean varies than if the residuals of all times were independent.
+    """Returns by how much the residuals vary more than on average, at the frequency with most.
 
-    The sum of the autocorrelation ends where it is first negative.
+    Which frequencies the motion has decides how the residuals' correlation acts on an unknown: this
+    is the worst case. It is the greatest value of the spectrum by Bartlett (1950), whose mean is 1.
     """
     limit = _OUTLIER_SIGMAS * _sigma(residuals)
     limited = np.clip(residuals, -limit, limit)
     limited = limited - limited.mean(0)
-    power = (limited**2).sum()
-    total = 1.0
-    for lag in range(1, len(limited) // 4):
-        share = float((limited[lag:] * limited[:-lag]).sum() / power)
-        if share <= 0:
-            break
-        total += 2 * share
-    return total
+    shares = [(limited[lag:] * limited[: len(limited) - lag]).sum() for lag in range(_LAGS)]
+    window = 1 - np.arange(_LAGS) / _LAGS
+    spectrum = 2 * np.fft.rfft(window * np.array(shares) / shares[0], 16 * _LAGS).real - 1
+    return float(spectrum.max())
 
 
 def _covariance(jacobian: Floats) -> Floats:

@@ -16,7 +16,7 @@ from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..bags.bag_reader import BagReader
 from ..bags.decoding import decoder
-from .imu import HeadPoses, Samples, UnitMotion
+from .motion import HeadPoses, Samples, UnitMotion
 
 _POSE, _IMU = "geometry_msgs/msg/PoseStamped", "sensor_msgs/msg/Imu"
 # The streams with both halves of a unit, and those with one, by the unit's frame.

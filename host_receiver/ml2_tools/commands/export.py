@@ -1,6 +1,7 @@
 """ml2-receiver export: writes cameras or a recording in the formats of other programs."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 from ml2_receiver.commands.options import Subparsers, add_ros_args
@@ -30,12 +31,14 @@ _EPILOG = """\
 headset or of a bag that is played. --euroc needs --bag. It also writes settings for ORB-SLAM3 and,
 with --imu, for OpenVINS. If `calibrate imu` knows the IMU, they have its place, and there are
 settings for VINS-Fusion and Basalt. They are for the first camera, or for the first two as a pair.
-`evaluate --trajectory` reads trajectories of such programs.
+`evaluate --trajectory` reads trajectories of such programs. --tum writes RGB-D data: depth is as
+the camera would see it, and has its stamp.
 
 examples:
   ml2-receiver export --kalibr calibration
   ml2-receiver export --kalibr calibration --bag walk
   ml2-receiver export --euroc data --bag walk --cameras world_left
+  ml2-receiver export --tum data --bag walk
   ml2-receiver export --kalibr calibration --cameras world_left world_right --imu imu_left \\
     --accelerometer-noise-density 0.002 --accelerometer-random-walk 0.0003 \\
     --gyroscope-noise-density 0.0002 --gyroscope-random-walk 0.00002
@@ -59,6 +62,12 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--euroc", type=Path, metavar="FOLDER", help="where mav0 goes, with images and IMU"
     )
+    parser.add_argument(
+        "--tum",
+        type=Path,
+        metavar="FOLDER",
+        help="where one camera's undistorted images, its depth and its poses go; default: color",
+    )
     parser.add_argument("--bag", type=Path, metavar="BAG", help="folder that `record` made")
     add_headset(parser)
     parser.add_argument(
@@ -80,14 +89,35 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    if options.kalibr is None and options.euroc is None:
-        raise ExportError("expected --kalibr FOLDER or --euroc FOLDER, found neither")
-    if options.euroc is not None and options.bag is None:
-        raise ExportError("--euroc needs a recording: name it with --bag")
+    _check(options)
     noise = _noise(options)
     if options.bag is None:
         check_headset(options.headset)
     reader = None if options.bag is None else BagReader(options.bag, options.headset)
+    if options.kalibr is not None or options.euroc is not None:
+        _export_rig(options, reader, noise)
+    if reader is not None:
+        if options.tum is not None:
+            _export_tum(options, reader)
+        say_apart(reader.apart)
+        say_left_out(reader.left_out)
+    return 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    if options.kalibr is options.euroc is options.tum is None:
+        raise ExportError("expected --kalibr, --euroc or --tum FOLDER, found none")
+    for name in ("euroc", "tum"):
+        if getattr(options, name) is not None and options.bag is None:
+            raise ExportError(f"--{name} needs a recording: name it with --bag")
+    if options.tum is not None and len(options.cameras) > 1:
+        found = " ".join(options.cameras)
+        raise ExportError(f"--tum takes one camera, found {found}: name one with --cameras")
+
+
+def _export_rig(
+    options: argparse.Namespace, reader: BagReader | None, noise: ImuNoise | None
+) -> None:
     rig = _rig(options, reader)
     prefix = options.prefix if reader is None else reader.prefix
     topic = None
@@ -98,25 +128,23 @@ def _run(options: argparse.Namespace) -> int:
         _export_kalibr(options.kalibr, rig, topic, noise)
     if reader is not None and options.euroc is not None:
         _export_euroc(options.euroc, reader, rig, topic, noise)
-    if reader is not None:
-        say_apart(reader.apart)
-        say_left_out(reader.left_out)
-    return 0
 
 
 def _rig(options: argparse.Namespace, reader: BagReader | None) -> Rig:
     if reader is not None:
         from ..export.recorded_rig import read_rig
 
-        return read_rig(reader, options.cameras, options.imu, _mounting(reader, options.imu))
+        mounting = _mounting(options.imu, reader.config.device_id)
+        return read_rig(reader, options.cameras, options.imu, mounting)
     with ros_needed():
         from ..export.live_rig import read_live_rig
-    return read_live_rig(options.prefix, options.cameras, options.imu, PATIENCE_S)
+    mounting_of = partial(_mounting, options.imu)
+    return read_live_rig(options.prefix, options.cameras, options.imu, mounting_of, PATIENCE_S)
 
 
-def _mounting(reader: BagReader, imu: str | None) -> Pose | None:
+def _mounting(imu: str | None, device_id: str) -> Pose | None:
     """Returns the calibrated pose of the IMU in the head, if there is one of the headset."""
-    mount = load_mounts().get(reader.config.device_id, {}).get(imu or "")
+    mount = load_mounts().get(device_id, {}).get(imu or "")
     return None if mount is None else pose_from(mount.translation_m, mount.rotation)
 
 
@@ -127,7 +155,7 @@ def _export_kalibr(folder: Path, rig: Rig, topic: str | None, noise: ImuNoise | 
     _write(folder, texts)
     if rig.imu_pose is None:
         print("T_cam_imu is not in camchain.yaml: the headset does not publish its IMUs' poses.")
-        print("Of a recording, `calibrate imu` finds them, and --imu then writes them.")
+        print("`calibrate imu` finds them from a recording, and --imu then writes them.")
 
 
 def _export_euroc(
@@ -154,6 +182,17 @@ def _export_euroc(
                 texts["basalt.json"] = basalt.calibration(pair, known)
     texts["orb_slam3.yaml"] = orb_slam3.settings(pair, rate_hz, known)
     _write(folder, texts)
+
+
+def _export_tum(options: argparse.Namespace, reader: BagReader) -> None:
+    with optional_packages(
+        "cv2", command="export --tum", pip="pip install './host_receiver[products]'"
+    ):
+        from ..export.tum_rgbd import write_tum_rgbd
+    (camera,) = options.cameras or ["color"]
+    with progress(reader, "writing") as on_bytes:
+        images, depths = write_tum_rgbd(options.tum, options.bag, reader, camera, on_bytes)
+    print(f"wrote {options.tum}: {images} images of {camera}, {depths} with depth")
 
 
 def _noise(options: argparse.Namespace) -> ImuNoise | None:

@@ -22,6 +22,7 @@ from ml2_receiver.table.reader import load_table
 from ..errors import AdbError
 from ..headset import app
 from ..headset.adb import adb
+from .selftest import add_selftest
 
 _APK = Path(__file__).parents[3] / "build" / "apk" / f"ml2-sensors-{VERSION}.apk"
 _INSTALL_TIMEOUT_S = 180.0
@@ -59,6 +60,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     complete(streams, STREAMS)
     grant.set_defaults(run=_grant)
+    add_selftest(actions)
 
 
 def _add_start(actions: Subparsers) -> None:

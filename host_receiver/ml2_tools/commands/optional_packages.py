@@ -10,7 +10,7 @@ _DEBIAN = {"cv2": "python3-opencv", "matplotlib": "python3-matplotlib", "scipy":
 
 @contextmanager
 def optional_packages(*names: str, command: str, pip: str) -> Iterator[None]:
-    """Around imports of what needs optional packages.
+    """Guards imports that need optional packages.
 
     Args:
         names: the packages, as Python imports them.

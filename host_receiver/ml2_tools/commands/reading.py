@@ -1,4 +1,4 @@
-"""What all commands do that read a recording."""
+"""The options and outputs that all commands share which read a recording."""
 
 import argparse
 import sys

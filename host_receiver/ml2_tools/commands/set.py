@@ -42,7 +42,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    values = {key: _value(key, text) for key, text in options.values}
+    values = {key: value_of(key, text) for key, text in options.values}
     with receiver_client(options.name, PATIENCE_S) as (node, client):
         is_done, message = client.set(values)
         answer = f"{whom(node, client, options.name)}{message or 'done'}"
@@ -59,7 +59,7 @@ def _assignment(text: str) -> tuple[str, str]:
     return key, value
 
 
-def _value(key: str, text: str) -> Scalar:
+def value_of(key: str, text: str) -> Scalar:
     """Returns the value in the key's type, or the text itself, which the receiver then refuses."""
     rows = {
         f"{section.id}.{row.name}": row.type

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from ..viewing.view import View
 
 _LOOPBACK = "127.0.0.1"
+_NICENESS = 5
 _REDIRECT = '<meta http-equiv="refresh" content="0; url={0}"><a href="{0}">ml2-receiver view</a>'
 _EPILOG = """\
 Run it next to `ml2-receiver run`, or name a recording, for which neither a receiver nor ROS is
@@ -119,6 +120,8 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Backend]]:
     from ..viewing.section_forms import section_forms
     from ..viewing.view import View
 
+    # Processors that are full serve the receiver and its subscribers first
+    os.nice(_NICENESS)
     with found_receiver(options.name, PATIENCE_S) as node:
         receiver = node.node_name(options.name, PATIENCE_S)
     source = LiveSource(options.name)

@@ -27,16 +27,16 @@ _SECRETS = (
 )
 
 
-def write_bundle(file: Path, texts: Mapping[str, str]) -> None:
-    """Writes a zip file with these texts by name; removes private keys and tokens from them.
+def write_bundle(file: Path, contents: Mapping[str, str | bytes]) -> None:
+    """Writes a zip file with these by name; removes private keys and tokens from texts.
 
     Raises:
         ReceiverError: the file cannot be written.
     """
     archive = BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as bundle:
-        for name, text in texts.items():
-            bundle.writestr(name, without_secrets(text))
+        for name, it in contents.items():
+            bundle.writestr(name, without_secrets(it) if isinstance(it, str) else it)
     try:
         replace_file(file, archive.getvalue())
     except OSError as error:

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
 from ml2_receiver.private_files import make_private_folder, write_private_file
@@ -22,13 +21,12 @@ from ..geometry.pose import Pose
 from ..images.pixels import pixels_of
 from .asl_yaml import asl_yaml
 from .kalibr import ImuNoise, RigCamera, distortion
-from .rig import Rig, rate_hz
+from .png_files import PngFiles
+from .rig import Rig, add_rising, rate_hz
 
 _IMU = "sensor_msgs/msg/Imu"
 _IMU_COLUMNS = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
 _IMU_COLUMNS += "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]"
-# PNG level 1 of 9 takes a quarter of the default's time, for a tenth more bytes.
-_COMPRESSION = (cv2.IMWRITE_PNG_COMPRESSION, 1)
 
 
 def write_euroc(
@@ -60,20 +58,21 @@ def write_euroc(
     if root.exists():
         raise ExportError(f"{root} exists already: choose another folder")
     try:
-        cameras = {
-            camera.topic: _ImageFolder(root / f"cam{number}", reader.types.get(camera.topic, ""))
-            for number, camera in enumerate(rig.cameras)
-        }
-        imu = _ImuFolder(root / "imu0") if imu_topic is not None else None
-        for message in reader.messages():
-            try:
-                if message.topic in cameras:
-                    cameras[message.topic].add(message.payload)
-                elif imu is not None and message.topic == imu_topic:
-                    imu.add(message.payload)
-            except ValueError as error:
-                raise ExportError(f"{message.topic}: {error}") from error
-            on_bytes(len(message.payload))
+        with PngFiles() as files:
+            cameras = {
+                it.topic: _ImageFolder(root / f"cam{number}", it.topic, reader, files)
+                for number, it in enumerate(rig.cameras)
+            }
+            imu = _ImuFolder(root / "imu0") if imu_topic is not None else None
+            for message in reader.messages():
+                try:
+                    if message.topic in cameras:
+                        cameras[message.topic].add(message.payload)
+                    elif imu is not None and message.topic == imu_topic:
+                        imu.add(message.payload)
+                except ValueError as error:
+                    raise ExportError(f"{message.topic}: {error}") from error
+                on_bytes(len(message.payload))
         for camera in rig.cameras:
             cameras[camera.topic].close(camera, rig)
         if imu is not None:
@@ -97,10 +96,7 @@ class _Folder:
         self._rows = [columns]
 
     def row(self, at_ns: int, text: str) -> None:
-        if self.stamps_ns and at_ns <= self.stamps_ns[-1]:
-            hint = "run `ml2-receiver inspect` for details"
-            raise ValueError(f"stamp {at_ns} comes after {self.stamps_ns[-1]}: {hint}")
-        self.stamps_ns.append(at_ns)
+        add_rising(self.stamps_ns, at_ns)
         self._rows.append(f"{at_ns},{text}")
 
     def write(self, sensor: dict[str, Any]) -> None:
@@ -114,18 +110,17 @@ class _Folder:
 
 
 class _ImageFolder(_Folder):
-    def __init__(self, folder: Path, type: str) -> None:
+    def __init__(self, folder: Path, topic: str, reader: BagReader, files: PngFiles) -> None:
         super().__init__(folder, "#timestamp [ns],filename")
         make_private_folder(folder / "data")
-        self._type = type
+        self._topic, self._type, self._files = topic, reader.types.get(topic, ""), files
 
     def add(self, payload: bytes) -> None:
         message = decoder(self._type)(payload)
-        at_ns, pixels = header_stamp_ns(message.header), pixels_of(message)
+        at_ns = header_stamp_ns(message.header)
         self.row(at_ns, f"{at_ns}.png")
-        is_encoded, png = cv2.imencode(".png", pixels, _COMPRESSION)
-        assert is_encoded
-        write_private_file(self.folder / "data" / f"{at_ns}.png", png.data)
+        path = self.folder / "data" / f"{at_ns}.png"
+        self._files.write(path, self._topic, lambda: pixels_of(message))
 
     def close(self, camera: RigCamera, rig: Rig) -> None:
         calibration = camera.calibration

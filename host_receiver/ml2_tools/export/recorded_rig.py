@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,18 +13,14 @@ from ml2_receiver.topics.stamps import header_stamp_ns
 from ..bags.bag_reader import BagMessage, BagReader
 from ..bags.decoding import decoder
 from ..errors import ExportError
-from ..geometry.pose import Pose, weighted_mean
+from ..geometry.pose import Pose
 from ..geometry.transform_tree import Tree
 from ..images.image_topic import image_topic
 from .kalibr import CAMERAS, RigCamera
-from .rig import Rig, calibration_of, rate_hz
+from .rig import Rig, calibration_of, head_in, rate_hz
 
 _IMU, _INFO = "sensor_msgs/msg/Imu", "sensor_msgs/msg/CameraInfo"
 _TF, _TF_STATIC, _TRANSFORMS = "/tf", "/tf_static", "tf2_msgs/msg/TFMessage"
-
-
-# Between poses of the head that are further apart it is not known.
-_LONGEST_GAP_NS = 50_000_000
 
 
 @dataclass
@@ -132,25 +128,7 @@ def _poses(
     if mounting is None:
         return last, None
     first = cameras[0]
-    return last, last[first] @ _head_in(whole, heads, first) @ mounting
-
-
-def _head_in(
-    instants: Mapping[int, Mapping[str, Pose]], heads: Mapping[int, Pose], camera: str
-) -> Pose:
-    """Returns the pose of the head in a camera: the mean over all instants."""
-    known_ns = np.array(sorted(heads))
-    found = []
-    for at_ns, poses in instants.items():
-        after = int(np.searchsorted(known_ns, at_ns))
-        if not 0 < after < len(known_ns):
-            continue
-        begin_ns, end_ns = map(int, known_ns[after - 1 : after + 1])
-        if end_ns - begin_ns <= _LONGEST_GAP_NS:
-            share = (at_ns - begin_ns) / (end_ns - begin_ns)
-            pair = np.stack([heads[begin_ns], heads[end_ns]])
-            head = weighted_mean(pair, np.array([1 - share, share]))
-            found.append(np.linalg.inv(poses[camera]) @ head)
-    if not found:
-        raise ExportError(f"no head poses on /tf around the images of {camera}")
-    return weighted_mean(np.stack(found), np.full(len(found), 1 / len(found)))
+    head = head_in(whole, heads, first)
+    if head is None:
+        raise ExportError(f"no head poses on /tf around the images of {first}")
+    return last, last[first] @ head @ mounting

@@ -26,7 +26,7 @@ _NUMBERS = {
     "latency_p99_ms": "p99\nms",
     "subscribers": "subscribers",
 }
-# What a narrow table leaves out, the first first.
+# The columns that a narrow table leaves out, in this order.
 _LESS = ("subscribers", "mbit_per_s", "received", "expected_hz")
 _LONGEST_NAME, _LEAST_STATE, _ANY_WIDTH = 38, 9, 1000
 _LARGEST_CELL = 1e15

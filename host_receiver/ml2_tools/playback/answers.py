@@ -116,6 +116,8 @@ def _table_topics(reader: BagReader, table: StreamTable) -> list[Topic]:
 
 
 def _custom_topics(reader: BagReader, table: StreamTable) -> list[Topic]:
-    names = {name.removeprefix(f"{reader.prefix}/"): type for name, type in reader.types.items()}
+    # Absolute names in a recording are rarely those of an app
+    own = f"{reader.prefix}/"
+    names = {it.removeprefix(own): type for it, type in reader.types.items() if it.startswith(own)}
     found = (table.custom_topics.topic(name, type) for name, type in names.items())
     return [topic for topic in found if topic is not None]

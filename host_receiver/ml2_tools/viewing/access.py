@@ -1,4 +1,4 @@
-"""Who may read the page and its data: browsers of this machine that were given the token."""
+"""Admits only browsers of this machine that have the token to the page and its data."""
 
 from __future__ import annotations
 

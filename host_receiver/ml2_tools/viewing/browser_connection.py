@@ -36,7 +36,7 @@ from .snapshot import SNAPSHOT, snapshot_of
 from .view import View
 
 _MOST_UNDER_WAY = 2
-# Of RFC 6455, beside the code.
+# The limit of RFC 6455 for the reason of a close, which follows its code.
 _MOST_REASON_BYTES = 123
 # A page asks for one change of a section, and one call of a service, at a time.
 _MOST_ASKED = 64
@@ -61,7 +61,7 @@ class BrowserConnection:
         self._sent: Counter[str] = Counter()
         self._plotted: Counter[str] = Counter()
         self._next_samples_s = 0.0
-        # How many requests have no sent answer yet, and the answers to send.
+        # The number of requests without a sent answer, and the answers to send.
         self._asked = 0
         self._answers: deque[str | bytes] = deque()
         self._is_over = False

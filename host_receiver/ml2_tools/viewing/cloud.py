@@ -26,7 +26,7 @@ _MOST_HZ = 5
 _MOST_POINTS = 5000
 # The colour of points that the RGB camera does not see.
 _UNSEEN = 0x808080
-# Of a message for browsers, in the place of the end of the colour scale.
+# Messages for browsers have one of these in the place of the end of the colour scale.
 _PLAIN, _COLOURED = 0.0, 1.0
 
 

@@ -26,7 +26,7 @@ _IMAGES = frozenset(
 _NUMBER = re.compile(r"bool|byte|char|u?int(8|16|32|64)|float(32|64)")
 _FIELD = re.compile(r"([\w/]+)(\[(?:<=)?(\d*)\])?\s+(\w+)\s*(?:#.*)?$", re.ASCII)
 _TIME = "builtin_interfaces/Time"
-# Of sequences, which have any length. A hand has 26 joints.
+# Maximum elements shown of a sequence without a length. A hand has 26 joints.
 _MOST_ELEMENTS = 26
 _MOST_FIELDS, _MOST_TOPICS = 250, 500
 _TOPIC = re.compile(r"(/[a-z]\w*)+", re.ASCII | re.IGNORECASE)

@@ -1,4 +1,4 @@
-"""Counts the messages that topics have lost in the last seconds, and those to apps."""
+"""Counts the messages that topics have lost in the last seconds, and what apps use of ROS."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
-from ml2_receiver.topics.diagnostics import SUBSCRIPTION
+from ml2_receiver.topics.diagnostics import CALLS, SUBSCRIPTION
 
 from ..monitoring.topic_table import Rows, topic_figures
 
@@ -14,6 +14,8 @@ _RECENT_S = 10.0
 _MOST_LISTED = 100
 # The losses of a subscription: a message that a newer one supersedes is no loss.
 _LOST = ("missed", "dropped.queue_full", "dropped.too_large", "dropped.link_down")
+
+_BY = {"client": "ROS", "service": "the app"}  # who offers it
 
 
 class RecentLosses:
@@ -61,4 +63,16 @@ def subscriptions_of(rows: Rows) -> list[dict[str, Any]]:
         }
         for name, values in rows.items()
         if name.startswith(SUBSCRIPTION)
+    ]
+
+
+def calls_of(rows: Rows) -> list[dict[str, Any]]:
+    """Returns the services that apps on the headset call and offer, with counts, for JSON."""
+    counts = ("requests", "responses", "failures")
+    return [
+        {"service": name.split(" ", 1)[1], "by": _BY[name.split(" ", 1)[0]]}
+        | {"type": values.get("service_type", "")}
+        | {it: values.get(it, "") for it in counts}
+        for name, values in rows.items()
+        if name.startswith(CALLS)
     ]

@@ -76,7 +76,7 @@ class Series:
         self._lock = threading.Lock()
         self._last_s = -math.inf
         self._values: deque[tuple[float, Values]] = deque()
-        # How many there were so far, each forget() among them, and how many when it was called.
+        # The number of all values and calls of forget(), now and at the last call of forget().
         self._count, self._forgotten = 0, 0
 
     def is_due(self, at_s: float) -> bool:

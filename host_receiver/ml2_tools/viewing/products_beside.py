@@ -13,7 +13,7 @@ from .state import topic_prefix
 from .view import View
 
 _PATIENCE_S = 5.0
-# What browsers may call beside the receiver's services.
+# Services that browsers may call in addition to the receiver's own.
 PRODUCTS = frozenset(("start_products", "stop_products"))
 
 

@@ -16,7 +16,7 @@ from ml2_receiver.wire.json_body import Scalar
 from ..live.receiver_client import ReceiverClient
 from .pairing import PagePairing
 from .products_beside import PRODUCTS, ProductsBeside
-from .requests import AllowedRequests, Answer, BackendRequest, Call, Change, Newest, Pair
+from .requests import AllowedRequests, BackendRequest, Call, Change, Newest, Outcome, Pair
 from .section_forms import SERVICES, SectionForm
 from .view import View
 
@@ -76,7 +76,7 @@ class ReceiverBackend:
             ("products", lambda: self._products.newest),
         ]
 
-    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
+    def submit(self, request: BackendRequest, answered: Callable[[Outcome], None]) -> None:
         """Carries out a request later; calls `answered` in the thread of this object."""
         assert isinstance(request, Change | Call | Pair), request
 
@@ -98,23 +98,23 @@ class ReceiverBackend:
                 if self._view.is_watched:
                     self._read_settings()
 
-    def _answer(self, request: Change | Call | Pair) -> Answer:
+    def _answer(self, request: Change | Call | Pair) -> Outcome:
         if isinstance(request, Pair):
             return self._pair(request)
         to = request.service if isinstance(request, Call) else request.section
         try:
             if to in PRODUCTS:
                 self._switch_products(to)
-                return Answer(to, True, "")
+                return Outcome(to, True, "")
             if isinstance(request, Call):
-                return Answer(to, *self._client.call(request.service, request.keys))
+                return Outcome(to, *self._client.call(request.service, request.keys))
             values = {f"{to}.{key}": value for key, value in request.values.items()}
-            return Answer(to, *self._client.set(values))
+            return Outcome(to, *self._client.set(values))
         except ReceiverError as error:
-            return Answer(to, False, str(error))
+            return Outcome(to, False, str(error))
         except Exception as error:  # the next request may be another one
             self._view.faults.add(f"a request for {to}", error)
-            return Answer(to, False, f"internal error: {error!r}")
+            return Outcome(to, False, f"internal error: {error!r}")
 
     def _switch_products(self, to: str) -> None:
         if to == "start_products":
@@ -122,15 +122,15 @@ class ReceiverBackend:
         else:
             self._products.end()
 
-    def _pair(self, request: Pair) -> Answer:
+    def _pair(self, request: Pair) -> Outcome:
         try:
             if request.is_wanted:
                 self._pairing.begin()
             else:
                 self._pairing.end()
         except ReceiverError as error:
-            return Answer("pair", False, error.in_one_line())
-        return Answer("pair", True, "")
+            return Outcome("pair", False, error.in_one_line())
+        return Outcome("pair", True, "")
 
     def _read_settings(self) -> None:
         names = [name for form in self.allowed.forms.values() for name in form.parameters()]

@@ -24,9 +24,9 @@ from .requests import (
     FASTEST,
     SLOWEST,
     AllowedRequests,
-    Answer,
     BackendRequest,
     Newest,
+    Outcome,
     Play,
     Seek,
     Speed,
@@ -144,7 +144,7 @@ class RecordedSource:
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
         return [("position", lambda: self._position)]
 
-    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
+    def submit(self, request: BackendRequest, answered: Callable[[Outcome], None]) -> None:
         """Carries out a Play, Seek or Speed at once."""
         match request:
             case Play(is_playing):
@@ -157,7 +157,7 @@ class RecordedSource:
                 self._timeline.set_rate(rate)
         self._woken.set()
         self._say_position()  # so that no earlier one is sent after the answer
-        answered(Answer("recording", True, ""))
+        answered(Outcome("recording", True, ""))
 
     def _topics(self) -> tuple[Rows, Mapping[str, float]]:
         """Returns the topics in the form of rows of /diagnostics, and their mean rates in Hz."""

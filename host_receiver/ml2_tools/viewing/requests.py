@@ -198,7 +198,7 @@ def _are_of(found: list[Any], names: Collection[str]) -> bool:
 type Newest = tuple[int, str]
 
 
-class Answer(NamedTuple):
+class Outcome(NamedTuple):
     """The outcome of a request; `to` is the section, the service or the recording."""
 
     to: str
@@ -225,5 +225,5 @@ class Backend(Protocol):
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
         """Returns the kinds of messages about what is in force, each with a function for it."""
 
-    def submit(self, request: BackendRequest, answered: Callable[[Answer], None]) -> None:
+    def submit(self, request: BackendRequest, answered: Callable[[Outcome], None]) -> None:
         """Carries out a request that it allows, at once or later; then calls `answered`."""

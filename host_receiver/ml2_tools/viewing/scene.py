@@ -27,17 +27,17 @@ type Place = list[float] | None
 
 SCENE = "scene"
 TF, TF_STATIC, TRANSFORMS = "/tf", "/tf_static", "tf2_msgs/msg/TFMessage"
-_HANDS, _GAZE, _HEAD = ("hand_left", "hand_right"), "gaze", "head"
+_HANDS, _GAZE, _HEAD, _MARKERS = ("hand_left", "hand_right"), "gaze", "head", "markers"
 # Names of subscriptions of camera_info begin with this, and end with the stream.
 _LENS = "lens "
 _MOST_HZ = 15
-# What has not come for so long is not shown.
+# Data older than this are not shown.
 _FRESH_S = 1.0
 _KEPT_POSES = 64
 # Any node may publish transforms.
 _MOST_PARENTS = 300
-# More than a hand has.
-_MOST_JOINTS = 100
+# More than a hand has, and than the headset tracks.
+_MOST_JOINTS = _MOST_MARKERS = 100
 # Messages between these times are left out before they are decoded, which costs most. Transforms
 # are not, since each image has its own.
 _PERIOD_S, _LENS_PERIOD_S = 0.05, 0.5
@@ -64,12 +64,14 @@ class Scene:
         self._shown_as = {self._head: _HEAD, **frames}
         self._others = OtherFrames(world, {self._head, *frames, *bodies} - {world})
         self._lock = threading.Lock()
-        # What is shown by its name, with the time at which it came.
+        # The poses and hands shown, by name, with the time at which they came.
         self._poses: dict[str, tuple[float, Pose]] = {}
         self._hands: dict[str, tuple[float, list[Place]]] = {}
         # The corners of an image are directions.
         self._lenses: dict[str, tuple[float, tuple[Lens, list[list[float]]]]] = {}
         self._infos: dict[str, Any] = {}
+        # The sides of markers, by frame.
+        self._markers: tuple[float, dict[str, float]] = 0, {}
         # The parent of each frame.
         self._parents: dict[str, tuple[float, str]] = {}
         # The poses of the optical frame of each camera by stamp in ns.
@@ -86,7 +88,7 @@ class Scene:
         """
         found = {it: (it, TRANSFORMS) for it in (TF, TF_STATIC)}
         for name, it in known_topics(rows).items():
-            if it.stream in (*_HANDS, _GAZE):
+            if it.stream in (*_HANDS, _GAZE, _MARKERS):
                 found[it.stream] = name, it.type
         for stream, (image, _) in published_images(rows).items():
             name = f"{camera_namespace(image)}/camera_info"
@@ -117,6 +119,9 @@ class Scene:
                     at_s,
                     [_place(it.position) for it in message.poses[:_MOST_JOINTS]],
                 )
+            elif filled == _MARKERS:
+                seen = message.detections[:_MOST_MARKERS]
+                self._markers = at_s, {it.id: it.bbox.size.x for it in seen}
             elif filled == _GAZE:
                 self._poses[filled] = at_s, pose_of(_Transform(message.pose))
             else:
@@ -137,6 +142,7 @@ class Scene:
             ):
                 newest.clear()
             self._others.forget()
+            self._markers = 0, {}
 
     def lens(self, stream: str) -> Lens | None:
         """Returns the lens of a camera that is shown."""
@@ -191,6 +197,7 @@ class Scene:
             "head": poses.get(_HEAD),
             "gaze": poses.get(_GAZE),
             "hands": dict(_since(since_s, self._hands)),
+            "markers": self._markers[1] if self._markers[0] >= since_s else {},
             "cameras": cameras,
             "parents": dict(_since(since_s, self._parents)),
             "frames": {name: _numbers(it) for name, it in self._others.poses(known, now_s).items()},

@@ -16,7 +16,7 @@ from ml2_receiver.topics.judgement import read_judgements
 
 from ..images.image_topic import image_topics
 from ..monitoring.topic_table import Rows, number_of, topic_figures
-from .losses import losses_of, subscriptions_of
+from .losses import calls_of, losses_of, subscriptions_of
 
 type Levels = Mapping[str, int]
 
@@ -127,6 +127,7 @@ def state_of(
         ],
         "losses": losses_of(figures, recent),
         "subscriptions": subscriptions_of(rows),
+        "calls": calls_of(rows),
     }
 
 
@@ -163,6 +164,7 @@ def recorded_state(
         "warnings": [],
         "losses": [],
         "subscriptions": [],
+        "calls": [],
     }
 
 

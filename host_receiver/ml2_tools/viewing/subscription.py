@@ -8,7 +8,7 @@ from enum import Enum, auto
 
 
 class Kind(Enum):
-    """How many messages matter: of TRANSFORMS, EVENTS and STATIC all, of others the newest."""
+    """The use of messages: TRANSFORMS, EVENTS and STATIC need each one, others only the newest."""
 
     IMAGE = auto()
     SENSOR = auto()

@@ -107,11 +107,11 @@ class View:
         self._modes: dict[str, str] = {}
         self._battery = "not reported"
         self._watched: dict[object, frozenset[str]] = {}
-        # What can be plotted of the topics.
+        # The topics that have something to plot.
         self._types: Mapping[str, str] = {}
         self._fields: Mapping[str, TopicField] = {}
         self._in_scene: Mapping[str, tuple[str, str]] = {}
-        # By what they fill and their topic.
+        # The subscriptions, by the part of the view that they fill and their topic.
         self._subscriptions: dict[tuple[str, str], Subscription] = {}
         self._settling = threading.Lock()
         source.start(self)
@@ -127,7 +127,7 @@ class View:
 
     @property
     def rows(self) -> Rows:
-        """What the source said last, in the form of rows of /diagnostics."""
+        """The latest report of the source, in the form of rows of /diagnostics."""
         return self._rows
 
     @property

@@ -9,7 +9,7 @@ template <typename F> JNINativeMethod method(const char *name, const char *signa
     return {const_cast<char *>(name), const_cast<char *>(signature), reinterpret_cast<void *>(function)};
 }
 
-/** What JNI_OnLoad returns: a version, or JNI_ERR if the class is not there or has other functions. */
+/** Registers the functions, and returns the result for JNI_OnLoad: JNI_ERR if the class does not declare them. */
 template <size_t N> jint registerNatives(JavaVM *vm, const char *name, const JNINativeMethod (&methods)[N]) {
     JNIEnv *env;
     if (vm->GetEnv(reinterpret_cast<void **>(&env), JNI_VERSION_1_6) != JNI_OK)

@@ -15,7 +15,7 @@ struct ActionSet : Object {
 };
 struct Action : Object {
     XrActionType type;
-    std::string input; ///< What it is bound to, after the part of the user; empty: nothing.
+    std::string input; ///< The binding, after the part of the user; empty: none.
     bool wasSynced = false;
 };
 

@@ -91,9 +91,10 @@ struct Delivery {
         const bool isSecond = &stream != &sensor.streams[0];
         if (metadata->type == XR_TYPE_PIXEL_SENSOR_EXPOSURE_TIME_ML)
             reinterpret_cast<XrPixelSensorExposureTimeML *>(metadata)->exposureTime =
-                static_cast<float>(stream.pictures->exposureNanos()) / 1e6f;
+                static_cast<float>(stream.pictures->exposure(index).nanos) / 1e6f;
         else if (metadata->type == XR_TYPE_PIXEL_SENSOR_ANALOG_GAIN_ML)
-            reinterpret_cast<XrPixelSensorAnalogGainML *>(metadata)->gain = isSecond ? 100 : 200;
+            reinterpret_cast<XrPixelSensorAnalogGainML *>(metadata)->gain =
+                (isSecond ? 100 : 200) * stream.pictures->exposure(index).gain;
         else if (metadata->type == XR_TYPE_PIXEL_SENSOR_DIGITAL_GAIN_ML)
             reinterpret_cast<XrPixelSensorDigitalGainML *>(metadata)->gain = 130;
         else if (metadata->type == XR_TYPE_PIXEL_SENSOR_PINHOLE_INTRINSICS_ML)

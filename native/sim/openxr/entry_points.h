@@ -37,6 +37,21 @@
     X(xrDestroyHandTrackerEXT, XR_EXT_HAND_TRACKING_EXTENSION_NAME)                                                    \
     X(xrLocateHandJointsEXT, XR_EXT_HAND_TRACKING_EXTENSION_NAME)                                                      \
     X(xrPollFutureEXT, XR_EXT_FUTURE_EXTENSION_NAME)                                                                   \
+    X(xrCancelFutureEXT, XR_EXT_FUTURE_EXTENSION_NAME)                                                                 \
+    X(xrCreateMarkerDetectorML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                             \
+    X(xrDestroyMarkerDetectorML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                            \
+    X(xrSnapshotMarkerDetectorML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                           \
+    X(xrGetMarkerDetectorStateML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                           \
+    X(xrGetMarkersML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                                       \
+    X(xrGetMarkerReprojectionErrorML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                       \
+    X(xrGetMarkerLengthML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                                  \
+    X(xrGetMarkerNumberML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                                  \
+    X(xrGetMarkerStringML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                                  \
+    X(xrCreateMarkerSpaceML, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME)                                                \
+    X(xrEnableLocalizationEventsML, XR_ML_LOCALIZATION_MAP_EXTENSION_NAME)                                             \
+    X(xrQueryLocalizationMapsML, XR_ML_LOCALIZATION_MAP_EXTENSION_NAME)                                                \
+    X(xrRequestMapLocalizationML, XR_ML_LOCALIZATION_MAP_EXTENSION_NAME)                                               \
+    X(xrEnableUserCalibrationEventsML, XR_ML_USER_CALIBRATION_EXTENSION_NAME)                                          \
     X(xrEnumeratePixelSensorsML, XR_ML_PIXEL_SENSOR_EXTENSION_NAME)                                                    \
     X(xrCreatePixelSensorML, XR_ML_PIXEL_SENSOR_EXTENSION_NAME)                                                        \
     X(xrDestroyPixelSensorML, XR_ML_PIXEL_SENSOR_EXTENSION_NAME)                                                       \
@@ -65,6 +80,10 @@ constexpr const char *kExtensions[] = {
     XR_EXT_HAND_TRACKING_EXTENSION_NAME,
     XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME,
     XR_ML_ML2_CONTROLLER_INTERACTION_EXTENSION_NAME,
+    XR_EXT_UUID_EXTENSION_NAME,
+    XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME,
+    XR_ML_LOCALIZATION_MAP_EXTENSION_NAME,
+    XR_ML_USER_CALIBRATION_EXTENSION_NAME,
 };
 
 /** The entry points. */

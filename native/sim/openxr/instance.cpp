@@ -15,6 +15,12 @@ namespace {
 
 constexpr XrSystemId kSystem = 2;
 
+/** Extensions, and what each needs. */
+constexpr std::pair<const char *, const char *> kDependencies[] = {
+    {XR_ML_PIXEL_SENSOR_EXTENSION_NAME, XR_EXT_FUTURE_EXTENSION_NAME},
+    {XR_ML_LOCALIZATION_MAP_EXTENSION_NAME, XR_EXT_UUID_EXTENSION_NAME},
+};
+
 std::vector<std::string> offeredExtensions() {
     std::vector<std::string> offered;
     for (const char *extension : kExtensions)
@@ -31,8 +37,9 @@ void enable(const XrInstanceCreateInfo &info) {
             throw Refusal{XR_ERROR_EXTENSION_NOT_PRESENT};
         enabled.insert(info.enabledExtensionNames[i]);
     }
-    if (enabled.count(XR_ML_PIXEL_SENSOR_EXTENSION_NAME) != 0 && enabled.count(XR_EXT_FUTURE_EXTENSION_NAME) == 0)
-        misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, "XR_ML_pixel_sensor needs XR_EXT_future");
+    for (const auto &[extension, needed] : kDependencies)
+        if (enabled.count(extension) != 0 && enabled.count(needed) == 0)
+            misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, std::string(extension) + " needs " + needed);
     runtime().extensions = enabled;
 }
 
@@ -178,6 +185,9 @@ XrResult xrGetSystemProperties(XrInstance instance, XrSystemId system, XrSystemP
             else if (next->type == XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT)
                 reinterpret_cast<XrSystemHandTrackingPropertiesEXT *>(next)->supportsHandTracking =
                     keys.whole("fault.hands.unsupported") == 0;
+            else if (next->type == XR_TYPE_SYSTEM_MARKER_UNDERSTANDING_PROPERTIES_ML)
+                reinterpret_cast<XrSystemMarkerUnderstandingPropertiesML *>(next)->supportsMarkerUnderstanding =
+                    keys.whole("fault.markers.unsupported") == 0;
             else
                 misuse(ML2SIM_XR_MISUSE_TYPE, XR_ERROR_VALIDATION_FAILURE, "unknown system properties are chained");
         }

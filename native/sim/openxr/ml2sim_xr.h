@@ -49,6 +49,7 @@ typedef struct ml2sim_xr_counters {
     uint32_t sessions_created;
     uint32_t live_objects; /**< Instances, sessions, spaces, sensors, futures, action sets, actions, hand trackers. */
     uint32_t frames_delivered;
+    uint32_t futures_cancelled;
     uint32_t misuses[ML2SIM_XR_MISUSE_COUNT]; /**< By ml2sim_xr_misuse. */
     char last_misuse[240];                    /**< Empty when there was none. */
 } ml2sim_xr_counters;

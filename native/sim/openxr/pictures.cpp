@@ -18,9 +18,9 @@ namespace {
 
 class GreyPictures : public Pictures {
   public:
-    GreyPictures(const RenderPlan &plan, const Mode &mode, int64_t exposureNanos)
-        : Pictures(plan, mode.rate_hz, 9000000, exposureNanos), width_(static_cast<uint32_t>(mode.size.width)),
-          height_(static_cast<uint32_t>(mode.size.height)) {}
+    GreyPictures(const RenderPlan &plan, const Mode &mode, int64_t exposureNanos, bool followsLight)
+        : Pictures(plan, mode.rate_hz, 9000000, exposureNanos, followsLight),
+          width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {}
 
     Plane plane(XrPixelSensorFrameTypeML, int64_t index) override {
         return {frame(index), width_, height_, 1, width_ * height_};
@@ -41,7 +41,7 @@ class DepthPictures : public Pictures {
   public:
     DepthPictures(uint32_t stream, const Mode &mode)
         : Pictures(depthRenderPlan(choice(stream, mode)), choice(stream, mode).delivered_hz, 7000000,
-                   stream == 0 ? 1600000 : 375000),
+                   stream == 0 ? 1600000 : 375000, false),
           pixels_(mode.size.width * mode.size.height), width_(static_cast<uint32_t>(mode.size.width)),
           height_(static_cast<uint32_t>(mode.size.height)) {}
 
@@ -79,7 +79,7 @@ class DepthPictures : public Pictures {
 class ColorPictures : public Pictures {
   public:
     ColorPictures(const Mode &mode, bool isMixed)
-        : Pictures(colorRenderPlan(request(mode, isMixed)), mode.rate_hz, 15000000, 8000000),
+        : Pictures(colorRenderPlan(request(mode, isMixed)), mode.rate_hz, 15000000, kColorExposureNanos, true),
           width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {}
 
     Plane plane(XrPixelSensorFrameTypeML, int64_t index) override {
@@ -135,8 +135,8 @@ std::shared_ptr<Pictures> Pictures::of(const SensorModel &sensor, uint32_t strea
         pictures =
             std::make_shared<ColorPictures>(mode, stream == 1 && mode.reality == XR_PIXEL_SENSOR_REALITY_MIXED_ML);
     else
-        pictures =
-            std::make_shared<GreyPictures>(greyFilm(sensor.camera, stream), mode, stream == 0 ? 5000000 : 1000000);
+        pictures = std::make_shared<GreyPictures>(greyFilm(sensor.camera, stream), mode, kWorldExposureNanos[stream],
+                                                  sensor.camera <= CameraId::WorldRight);
     HeadPath::current()->start();
     return pictures;
 }
@@ -147,8 +147,10 @@ int64_t Pictures::deliveryTimeOf(int64_t index) const { return captureTimeOf(ind
 
 int64_t Pictures::newestAt(int64_t mltime) const { return captureIndex(mltime - delayNanos_, rate_hz_); }
 
-Pictures::Pictures(const RenderPlan &plan, uint32_t rate_hz, int64_t delayNanos, int64_t exposureNanos)
-    : cache_(FrameCache::of(plan)), rate_hz_(rate_hz), delayNanos_(delayNanos), exposureNanos_(exposureNanos) {
+Pictures::Pictures(const RenderPlan &plan, uint32_t rate_hz, int64_t delayNanos, int64_t exposureNanos,
+                   bool followsLight)
+    : cache_(FrameCache::of(plan)), rate_hz_(rate_hz), delayNanos_(delayNanos), exposureNanos_(exposureNanos),
+      followsLight_(followsLight) {
     FrameCache::draw({{cache_.get(), 0}});
 }
 
@@ -158,6 +160,13 @@ std::vector<FrameCache::Place> Pictures::framesOf(int64_t index) const {
 
 const uint8_t *Pictures::frame(int64_t index) {
     return cache_->frame(HeadPath::current()->frameIndex(index, rate_hz_));
+}
+
+Exposure Pictures::exposure(int64_t index) const {
+    if (!followsLight_)
+        return {exposureNanos_, 1, 1};
+    const auto path = HeadPath::current();
+    return Photography(path, rate_hz_, exposureNanos_).exposure(path->frameIndex(index, rate_hz_));
 }
 
 std::optional<int64_t> Pictures::newestDrawn(int64_t first, int64_t last, int64_t now) {

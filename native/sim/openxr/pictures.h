@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "../drawer.h"
+#include "../exposure.h"
 #include "sensor_models.h"
 
 namespace ml2sim::xr {
@@ -44,10 +45,11 @@ class Pictures {
     int64_t deliveryTimeOf(int64_t index) const;
     /** Returns the newest capture that is delivered at an MLTime. */
     int64_t newestAt(int64_t mltime) const;
-    int64_t exposureNanos() const { return exposureNanos_; }
+    /** Returns how capture number `index` was exposed. */
+    Exposure exposure(int64_t index) const;
 
   protected:
-    Pictures(const RenderPlan &plan, uint32_t rate_hz, int64_t delayNanos, int64_t exposureNanos);
+    Pictures(const RenderPlan &plan, uint32_t rate_hz, int64_t delayNanos, int64_t exposureNanos, bool followsLight);
     const uint8_t *frame(int64_t index);
 
   private:
@@ -57,6 +59,7 @@ class Pictures {
     const uint32_t rate_hz_;
     const int64_t delayNanos_;
     const int64_t exposureNanos_;
+    const bool followsLight_;
     Drawer drawer_;
     int64_t last_ = -1; ///< The last capture that newestDrawn returned.
 };

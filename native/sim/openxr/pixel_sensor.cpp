@@ -4,6 +4,7 @@
 #include "../clock.h"
 #include "../tracking.h"
 #include "entry_points.h"
+#include "futures.h"
 #include "modes.h"
 #include "session.h"
 
@@ -47,36 +48,20 @@ XrFutureEXT begin(XrPixelSensorML handle, PixelSensor &sensor, const char *step,
                    std::string(step) + " while another step is not completed");
         sensor.stream(index).hasPending = true;
     }
-    auto future = std::make_unique<Future>();
-    const auto &keys = runtime().keys;
-    future->diesWithParent = true;
-    future->step = step;
-    future->readyAt =
-        keys.whole("fault.future.stuck") != 0 ? INT64_MAX : mlTimeNow() + keys.whole("future.delay_ms") * 1000000;
-    future->fails = keys.text("fault.future.fails") == step;
-    future->effect = std::move(effect);
-    future->streams = std::move(streams);
-    return registerObject<XrFutureEXT>(number(handle), std::move(future));
+    return beginFuture(number(handle), step, [handle, streams, effect = std::move(effect)](bool succeeded) {
+        auto &target = sensorOf(handle);
+        for (const auto index : streams)
+            target.streams[index].hasPending = false;
+        if (succeeded)
+            effect(target);
+    });
 }
 
 XrResult complete(XrPixelSensorML handle, XrFutureEXT future, const char *step, XrStructureType type,
                   XrPixelSensorCompletionML *completion) {
-    auto &sensor = sensorOf(handle);
+    sensorOf(handle);
     auto &out = requireType(completion, type, "completion");
-    const auto found = runtime().objects.find(number(future));
-    auto *begun = found == runtime().objects.end() ? nullptr : dynamic_cast<Future *>(found->second.get());
-    if (begun == nullptr || begun->parent != number(handle) || std::string(begun->step) != step)
-        misuse(ML2SIM_XR_MISUSE_FUTURE, XR_ERROR_FUTURE_INVALID_EXT,
-               std::string("no future of ") + step + " to complete, or completed before");
-    if (mlTimeNow() < begun->readyAt)
-        return XR_ERROR_FUTURE_PENDING_EXT;
-    out.futureResult = begun->fails ? XR_ERROR_RUNTIME_FAILURE : XR_SUCCESS;
-    for (const auto index : begun->streams)
-        sensor.streams[index].hasPending = false;
-    if (!begun->fails)
-        begun->effect(sensor);
-    runtime().objects.erase(number(future));
-    return XR_SUCCESS;
+    return completeFuture(number(handle), future, step, &out.futureResult);
 }
 
 /** Returns the mode that the configs of a stream select. */
@@ -262,20 +247,6 @@ XrResult xrStopPixelSensorCompleteML(XrPixelSensorML sensor, XrFutureEXT future,
                                      XrPixelSensorStopCompletionML *completion) {
     return entry(
         [&](auto &) { return complete(sensor, future, "stop", XR_TYPE_PIXEL_SENSOR_STOP_COMPLETION_ML, completion); });
-}
-
-XrResult xrPollFutureEXT(XrInstance instance, const XrFuturePollInfoEXT *pollInfo, XrFuturePollResultEXT *pollResult) {
-    return entry([&](auto &) {
-        find<Instance>(instance, "instance");
-        const auto &info = requireType(pollInfo, XR_TYPE_FUTURE_POLL_INFO_EXT, "XrFuturePollInfoEXT");
-        auto &out = requireType(pollResult, XR_TYPE_FUTURE_POLL_RESULT_EXT, "XrFuturePollResultEXT");
-        const auto found = runtime().objects.find(number(info.future));
-        auto *future = found == runtime().objects.end() ? nullptr : dynamic_cast<Future *>(found->second.get());
-        if (future == nullptr)
-            misuse(ML2SIM_XR_MISUSE_FUTURE, XR_ERROR_FUTURE_INVALID_EXT, "no such future to poll");
-        out.state = mlTimeNow() < future->readyAt ? XR_FUTURE_STATE_PENDING_EXT : XR_FUTURE_STATE_READY_EXT;
-        return XR_SUCCESS;
-    });
 }
 
 XrResult xrCreatePixelSensorSpaceML(XrSession session, const XrPixelSensorCreateSpaceInfoML *createInfo,

@@ -1,7 +1,6 @@
-// A pixel sensor and its futures.
+// A pixel sensor.
 #pragma once
 
-#include <functional>
 #include <optional>
 
 #include "pictures.h"
@@ -31,15 +30,6 @@ struct PixelSensor : Object {
     /** Returns a stream. Refuses an index that the sensor does not have. */
     PixelStream &stream(uint32_t index);
     bool isSubjectTo(const char *fault) const;
-};
-
-/** An asynchronous call. It takes effect when it is completed. */
-struct Future : Object {
-    const char *step;
-    int64_t readyAt; ///< MLTime
-    bool fails;
-    std::function<void(PixelSensor &)> effect;
-    std::vector<uint32_t> streams;
 };
 
 } // namespace ml2sim::xr

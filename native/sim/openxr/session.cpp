@@ -1,6 +1,7 @@
 #include "session.h"
 
 #include "../clock.h"
+#include "../settings.h"
 #include "../tracking.h"
 #include "entry_points.h"
 
@@ -26,13 +27,7 @@ void noticeNewWorld(XrSession handle, Session &session) {
     if (session.world == sessionNumber())
         return;
     session.world = sessionNumber();
-    XrEventDataBuffer buffer{};
-    auto &event = reinterpret_cast<XrEventDataReferenceSpaceChangePending &>(buffer);
-    event.type = XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING;
-    event.session = handle;
-    event.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_LOCAL;
-    event.changeTime = mlTimeNow();
-    runtime().events.push_back(buffer);
+    postSpaceChange(handle, XR_REFERENCE_SPACE_TYPE_LOCAL);
 }
 
 void follow(XrSession handle, Session &session) {
@@ -57,7 +52,18 @@ void applySessionFaults() {
         if (auto *session = dynamic_cast<Session *>(object.get())) {
             noticeNewWorld(reinterpret_cast<XrSession>(handle), *session);
             follow(reinterpret_cast<XrSession>(handle), *session);
+            tellUserEvents(reinterpret_cast<XrSession>(handle), *session);
         }
+}
+
+void postSpaceChange(XrSession handle, XrReferenceSpaceType space) {
+    XrEventDataBuffer buffer{};
+    auto &event = reinterpret_cast<XrEventDataReferenceSpaceChangePending &>(buffer);
+    event.type = XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING;
+    event.session = handle;
+    event.referenceSpaceType = space;
+    event.changeTime = mlTimeNow();
+    runtime().events.push_back(buffer);
 }
 
 void checkTime(XrTime time) {
@@ -136,7 +142,12 @@ XrResult xrCreateReferenceSpace(XrSession session, const XrReferenceSpaceCreateI
         if (info.referenceSpaceType == XR_REFERENCE_SPACE_TYPE_VIEW)
             created->at = [](XrTime time) { return std::optional<Pose>(headAt(time)); };
         else if (info.referenceSpaceType == XR_REFERENCE_SPACE_TYPE_LOCAL)
-            created->at = [](XrTime) { return std::optional<Pose>(Pose{}); };
+            created->at = [](XrTime) {
+                return std::optional<Pose>(Pose{{}, {0, ml2sim::number(Key::AssumeLocalSpace), 0}});
+            };
+        else if (info.referenceSpaceType == XR_REFERENCE_SPACE_TYPE_LOCALIZATION_MAP_ML &&
+                 runtime().extensions.count(XR_ML_LOCALIZATION_MAP_EXTENSION_NAME) != 0)
+            created->at = [session](XrTime time) { return mapOrigin(session, time); };
         else
             return XR_ERROR_REFERENCE_SPACE_UNSUPPORTED;
         requireNonNull(space, "space") = registerObject<XrSpace>(number(session), std::move(created));

@@ -42,8 +42,9 @@ int main() {
     std::vector<uint8_t> pixels(1920 * 1080 * 3);
     measure("world 1016 x 1016", kFrames,
             [&](int n) { renderWorld(scene, world, pose(Camera::WorldCenter, n), pixels.data(), 1016); });
-    measure("world 1016 x 1016, noise", kFrames, [&](int n) {
-        renderWorld(scene, world, pose(Camera::WorldCenter, n), pixels.data(), 1016, 1, {2, 1, uint64_t(n)});
+    measure("world 1016 x 1016, noise and blur", kFrames, [&](int n) {
+        renderWorld(scene, world, pose(Camera::WorldCenter, n), pixels.data(), 1016,
+                    {1, {2, 1, uint64_t(n), 0, 0.1f}, {0.01, 0, 0}});
     });
     std::vector<float> values(4 * 544 * 480);
     std::vector<uint32_t> flags(544 * 480);

@@ -1,4 +1,4 @@
-/** Where surfaces meet in an image: pixels there show several, and are drawn again with finer rays. */
+/** Finds the pixels at edges of surfaces, which are drawn again with finer rays. */
 #pragma once
 
 #include "trace.h"

@@ -49,7 +49,7 @@ inline Float3 sum(Float3 a, float s, Float3 b) { return {a.x + s * b.x, a.y + s 
 inline Float3 minus(Float3 a, Float3 b) { return sum(a, -1, b); }
 inline float clamped(float value, float low, float high) { return std::min(std::max(value, low), high); }
 
-/** Of a ray in the object's frame that passes `point`, unless the room ends it before. */
+/** The light along a ray in the object's frame that passes `point`, unless the room ends it before. */
 inline float glow(Float3 from, Float3 way, float end_m, Float3 point) {
     const float t = dot(minus(point, from), way);
     const Float3 gap = minus(point, sum(from, t, way));

@@ -29,7 +29,7 @@ constexpr Columns kColumns[] = {
 constexpr double kRowTop_m[] = {0.40, 1.28};
 constexpr double kStagger_m = 0.096;
 
-/** Of the way between two points, at either end. */
+/** The share of the way between two points, at either end, that may touch a box. */
 constexpr double kTouching = 1e-4;
 
 double snapped(double metres) { return kGrid_m * std::round(metres / kGrid_m); }

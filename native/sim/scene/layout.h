@@ -1,4 +1,4 @@
-/** What stands and hangs where in the room. */
+/** The layout of the room: boxes, cards, fiducials and landmarks. */
 #pragma once
 
 #include "geometry.h"
@@ -31,7 +31,7 @@ struct Plane {
     double height_m;
 };
 
-/** Of the finest textures. */
+/** Side of a texel of the finest textures. */
 constexpr double kTexel_m = 0.004;
 /** Edges of fiducials lie between texels of the first three levels: smoothing then moves no corner. */
 constexpr double kGrid_m = 4 * kTexel_m;
@@ -48,7 +48,7 @@ struct Card {
 };
 
 std::vector<Box> standingBoxes();
-/** Whether the box stands between two points; touching an end does not count. */
+/** Returns true if the box stands between two points; touching an end does not count. */
 bool isBetween(const Box &box, Vec3 from, Vec3 to);
 /** The walls, then the faces of each box, as WallIndex orders them. */
 std::vector<Plane> planesOf(const std::vector<Box> &boxes);

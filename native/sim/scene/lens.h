@@ -1,5 +1,5 @@
 /**
- * How the simulated cameras bend light. Rays are in camera axes (x right, y up, looking along -z); pixels have their
+ * The lenses of the simulated cameras. Rays are in camera axes (x right, y up, looking along -z); pixels have their
  * centres at integer coordinates, (0, 0) the centre of the first, u right, v down, as in OpenCV.
  */
 #pragma once
@@ -16,7 +16,7 @@ struct Pixel {
     double v = 0;
 };
 
-/** What all lenses have. */
+/** The common properties of all cameras. */
 struct Sensor {
     uint32_t width = 0; ///< Pixels, as all below.
     uint32_t height = 0;

@@ -49,7 +49,7 @@ float lightAt(Spot spot, const Plane &plane, int surface, const Plane &ceiling, 
     return (kAmbient + lampLight(point, plane.normal, ceiling, boxes)) * openness(spot, plane, surface);
 }
 
-/** What a camera makes of light: bright parts are compressed, so that nothing but lamps saturates. */
+/** Returns a camera's exposure of light: bright parts are compressed, so that nothing but lamps saturates. */
 float exposed(float light) { return 1.5f * light / (0.45f + light); }
 
 } // namespace

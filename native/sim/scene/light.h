@@ -1,4 +1,4 @@
-/** How the ceiling's lamps light the room; computed once, and multiplied into the painted surfaces. */
+/** The light of the ceiling's lamps; computed once, and multiplied into the painted surfaces. */
 #pragma once
 
 #include "canvas.h"

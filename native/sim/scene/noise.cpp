@@ -3,6 +3,9 @@
 #include "hash.h"
 #include "vectorized.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace ml2sim {
 namespace {
 
@@ -28,12 +31,21 @@ void add(float *values, int count, float sigma, float sigmaOfSquare, uint32_t se
                      nearlyGaussian(scrambled(scrambled(first + uint32_t(i)) ^ seed));
 }
 
+ML2SIM_VECTORIZED
+void addShot(float *values, int count, float sigma, float shot, uint32_t seed, uint32_t first) {
+    for (int i = 0; i < count; i++)
+        values[i] += std::sqrt(sigma * sigma + shot * std::max(values[i], 0.0f)) *
+                     nearlyGaussian(scrambled(scrambled(first + uint32_t(i)) ^ seed));
+}
+
 } // namespace
 
 void addNoise(float *values, int count, const Noise &noise, size_t first) {
-    if (noise.sigma == 0 && noise.sigmaOfSquare == 0)
-        return;
-    add(values, count, noise.sigma, noise.sigmaOfSquare, uint32_t(mix(noise.seed ^ mix(noise.frame))), uint32_t(first));
+    const auto seed = uint32_t(mix(noise.seed ^ mix(noise.frame)));
+    if (noise.shot != 0)
+        addShot(values, count, noise.sigma, noise.shot, seed, uint32_t(first));
+    else if (noise.sigma != 0 || noise.sigmaOfSquare != 0)
+        add(values, count, noise.sigma, noise.sigmaOfSquare, seed, uint32_t(first));
 }
 
 } // namespace ml2sim

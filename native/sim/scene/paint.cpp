@@ -1,6 +1,5 @@
 #include "paint.h"
 
-#include "fiducials.h"
 #include "hash.h"
 
 namespace ml2sim {
@@ -197,21 +196,31 @@ void paintGrain(Canvas &canvas, uint64_t seed) {
     canvas.grain(seed + 3, 0.012f, 0.07f);
 }
 
-void paintCard(Canvas &canvas, const Card &card) {
-    const float left = float(card.across_m), top = float(card.down_m), side = float(kCardSide_m);
-    const float cell = float(kMarkerCell_m), marker = float(kMarkerSide_m), margin = (side - marker) / 2;
-    canvas.paint(Rectangle{left, top, side, side}, kPaper);
-    for (int row = 0; row < kMarkerCells; row++) {
-        for (int column = 0; column < kMarkerCells; column++) {
-            const Rectangle square = {left + margin + column * cell, top + margin + row * cell, cell, cell};
-            if (!isWhite(card.tag, row, column))
-                canvas.paint(square, kInk);
+/** Black squares at the marker's corners make saddles of them. Readers of other dictionaries expect white there. */
+void paintSquares(Canvas &canvas, float left, float top, float marker) {
+    const float cell = float(kMarkerCell_m);
+    for (const float x : {left - cell, left + marker}) {
+        for (const float y : {top - cell, top + marker})
+            canvas.paint(Rectangle{x, y, cell, cell}, kInk);
+    }
+}
+
+void paintCard(Canvas &canvas, const Card &card, TagKind tags) {
+    const float side = float(kCardSide_m), marker = float(kMarkerSide_m), margin = (side - marker) / 2;
+    const float left = float(card.across_m) + margin, top = float(card.down_m) + margin;
+    const int cells = cellsOf(tags);
+    const auto edge = [&](int cell) { return float(kTexel_m * std::round(marker / float(kTexel_m) * cell / cells)); };
+    canvas.paint(Rectangle{float(card.across_m), float(card.down_m), side, side}, kPaper);
+    for (int row = 0; row < cells; row++) {
+        for (int column = 0; column < cells; column++) {
+            if (!isWhite(tags, card.tag, row, column))
+                canvas.paint(Rectangle{left + edge(column), top + edge(row), edge(column + 1) - edge(column),
+                                       edge(row + 1) - edge(row)},
+                             kInk);
         }
     }
-    for (const float x : {margin - cell, margin + marker}) {
-        for (const float y : {margin - cell, margin + marker})
-            canvas.paint(Rectangle{left + x, top + y, cell, cell}, kInk);
-    }
+    if (tags == TagKind::Aruco4x4)
+        paintSquares(canvas, left, top, marker);
 }
 
 } // namespace
@@ -224,7 +233,7 @@ const std::vector<Rectangle> &lamps() {
     return four;
 }
 
-Canvas painted(const Plane &plane, int surface, const std::vector<Card> &cards, uint64_t seed) {
+Canvas painted(const Plane &plane, int surface, const std::vector<Card> &cards, TagKind tags, uint64_t seed) {
     Random random(mix(seed) + mix(uint64_t(surface) + 1000));
     const int box = surface / kWallCount - 1;
     const Rgb color = surface < kWallCount ? kWallColors[surface] : kBoxColors[box];
@@ -240,7 +249,7 @@ Canvas painted(const Plane &plane, int surface, const std::vector<Card> &cards, 
     paintGrain(canvas, random.next());
     for (const Card &card : cards) {
         if (card.surface == surface)
-            paintCard(canvas, card);
+            paintCard(canvas, card, tags);
     }
     return canvas;
 }

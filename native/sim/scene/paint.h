@@ -1,7 +1,8 @@
-/** What is painted on the room's surfaces. */
+/** Paints the room's surfaces. */
 #pragma once
 
 #include "canvas.h"
+#include "fiducials.h"
 #include "layout.h"
 
 #include <vector>
@@ -15,6 +16,6 @@ double texelOf(int surface);
 const std::vector<Rectangle> &lamps();
 
 /** The surface in its own colours, unlit, with the cards that hang on it. */
-Canvas painted(const Plane &plane, int surface, const std::vector<Card> &cards, uint64_t seed);
+Canvas painted(const Plane &plane, int surface, const std::vector<Card> &cards, TagKind tags, uint64_t seed);
 
 } // namespace ml2sim

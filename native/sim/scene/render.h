@@ -1,6 +1,7 @@
 /**
- * What the simulated cameras see. All functions are pure (equal arguments, equal pixels), need no state but the
- * caller's, and may run in several threads. Rows are `stride_bytes` apart; what lies between rows is left alone.
+ * Renders the images of the simulated cameras. All functions are pure (equal arguments, equal pixels), need no state
+ * but the caller's, and may run in several threads. Rows are `stride_bytes` apart; what lies between rows is left
+ * alone.
  */
 #pragma once
 
@@ -33,15 +34,23 @@ struct Noise {
     uint64_t seed = 0;
     uint64_t frame = 0;
     float sigmaOfSquare = 0; ///< Added to sigma for each unit of the value's square.
+    float shot = 0;          ///< Added to the square of sigma for each unit of the value; only without sigmaOfSquare.
 };
 
-/** One byte per pixel. `gain` 1 is normal exposure. `camera` is camera -> world and must be inside the room. */
+/** Exposure and errors of a picture. */
+struct Shot {
+    float gain = 1;   ///< 1 is normal exposure. It amplifies the noise, too.
+    Noise noise = {}; ///< Each channel of colour has noise of its own.
+    Vec3 turn = {};   ///< By how much the camera turns while it is exposed: radians about camera axes.
+};
+
+/** One byte per pixel. `camera` is camera -> world at the centre of exposure and must be inside the room. */
 void renderWorld(const Scene &scene, const RayTable &rays, const Pose &camera, uint8_t *grey, size_t stride_bytes,
-                 float gain = 1, Noise noise = {});
+                 const Shot &shot = {});
 
 /** Three bytes per pixel, R G B. With `hologram`, as in mixed reality, a virtual object floats in the room. */
 void renderColor(const Scene &scene, const RayTable &rays, const Pose &camera, bool hologram, uint8_t *rgb,
-                 size_t stride_bytes, Noise noise = {});
+                 size_t stride_bytes, const Shot &shot = {});
 
 /** One of the depth camera's two streams, as it is set. */
 struct DepthRange {
@@ -63,7 +72,7 @@ enum DepthFlag : uint32_t {
         1u << 4, ///< Beside an edge in depth; the distance is that through the pixel's centre all the same.
 };
 
-/** Where a depth frame goes; null is not wanted. All are 4 bytes per pixel and have the same stride. */
+/** The buffers of a depth frame; null means not wanted. All are 4 bytes per pixel and have the same stride. */
 struct DepthImages {
     float *distance_m = nullptr;  ///< Radial, exact through the pixel's centre; 0 when saturated or low signal.
     float *confidence = nullptr;  ///< Counts that came back; larger is better.

@@ -13,7 +13,7 @@ constexpr float kMostCounts = 6000;
 constexpr float kAmbientCounts = 40; ///< From white paper in the light of the room.
 constexpr float kEdge_m = 0.05f;     ///< Between neighbours on different surfaces.
 
-/** What the rays of one frame met. */
+/** The surfaces that the rays of one frame met, by pixel. */
 struct Echoes {
     std::vector<float> distance_m;
     std::vector<int32_t> surface;

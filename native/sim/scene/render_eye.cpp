@@ -20,11 +20,11 @@ float mixed(float a, float b, float t) { return a + t * (b - a); }
 /** The eye at one instant, in pixels, as its camera sees it: the nose is on the side that `nasal` points to. */
 struct Eye {
     float nasal;        ///< 1 right, -1 left
-    float squeeze;      ///< How much narrower circles are, seen from aside.
+    float squeeze;      ///< The factor by which circles are narrower, seen from aside.
     Spot iris;          ///< Centre.
     float pupil_px;     ///< Radius.
     float openness;     ///< 0 closed to 1 open.
-    Spot lamps[kLamps]; ///< Where the lamps about the display are mirrored: they follow the gaze only in part.
+    Spot lamps[kLamps]; ///< Reflections of the lamps about the display: they follow the gaze only in part.
 };
 
 Eye eyeAt(EyeCamera camera, float phase) {
@@ -67,7 +67,7 @@ float grain(float x, float y) {
     return mixed(above, mixed(knot(column, row + 1), knot(column + 1, row + 1), fx), fy);
 }
 
-/** What does not move, by pixel. */
+/** The parts of the picture that do not move, by pixel. */
 struct Still {
     std::vector<float> skin[2]; ///< With the nose on the left, on the right.
     std::vector<float> sclera;

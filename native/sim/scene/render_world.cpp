@@ -1,9 +1,11 @@
+#include "blur.h"
 #include "edges.h"
 #include "noise.h"
 #include "trace.h"
 #include "vectorized.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace ml2sim {
 namespace {
@@ -17,32 +19,32 @@ void toBytes(const float *luma, int count, float gain, uint8_t *grey) {
 } // namespace
 
 void renderWorld(const Scene &scene, const RayTable &rays, const Pose &camera, uint8_t *grey, size_t stride_bytes,
-                 float gain, Noise noise) {
+                 const Shot &shot) {
     const Surfaces &surfaces = scene.surfaces();
     Edges edges(rays);
     Block block;
-    float luma[kBlock];
-    for (uint32_t v = 0; v < rays.height; v++) {
-        for (uint32_t u = 0; u < rays.width; u += kBlock) {
-            const int count = int(std::min<uint32_t>(kBlock, rays.width - u));
-            const size_t first = size_t(v) * rays.width + u;
-            aim(block, &rays.x[first], &rays.y[first], &rays.z[first], count, camera);
-            trace(block, surfaces);
-            edges.note(block, first);
-            shade(block, surfaces, rays.radians_per_pixel, luma);
-            addNoise(luma, count, noise, first);
-            toBytes(luma, count, gain, grey + v * stride_bytes + u);
-        }
+    std::vector<float> luma(rays.x.size());
+    for (size_t first = 0; first < luma.size(); first += kBlock) {
+        aim(block, &rays.x[first], &rays.y[first], &rays.z[first], int(std::min<size_t>(kBlock, luma.size() - first)),
+            camera);
+        trace(block, surfaces);
+        edges.note(block, first);
+        shade(block, surfaces, rays.radians_per_pixel, &luma[first]);
     }
     edges.forEachBlock(camera, [&](Block &finer, const std::vector<size_t> &pixels) {
+        float finerLuma[kBlock];
         trace(finer, surfaces);
-        shade(finer, surfaces, rays.radians_per_pixel, luma);
-        average(luma, pixels.size());
-        for (size_t n = 0; n < pixels.size(); n++) {
-            addNoise(&luma[n], 1, noise, pixels[n]);
-            toBytes(&luma[n], 1, gain, grey + pixels[n] / rays.width * stride_bytes + pixels[n] % rays.width);
-        }
+        shade(finer, surfaces, rays.radians_per_pixel, finerLuma);
+        average(finerLuma, pixels.size());
+        for (size_t n = 0; n < pixels.size(); n++)
+            luma[pixels[n]] = finerLuma[n];
     });
+    blur(luma, rays, shot.turn);
+    for (uint32_t v = 0; v < rays.height; v++) {
+        const size_t first = size_t(v) * rays.width;
+        addNoise(&luma[first], int(rays.width), shot.noise, first);
+        toBytes(&luma[first], int(rays.width), shot.gain, grey + v * stride_bytes);
+    }
 }
 
 } // namespace ml2sim

@@ -8,14 +8,15 @@
 
 namespace ml2sim {
 
-Scene::Scene(uint64_t seed) {
+Scene::Scene(uint64_t seed, TagKind tags) {
     auto surfaces = std::make_unique<Surfaces>();
     surfaces->boxes = standingBoxes();
     planes_ = planesOf(surfaces->boxes);
-    const std::vector<Card> cards = hungCards(planes_);
+    std::vector<Card> cards = hungCards(planes_);
+    cards.resize(size_t(tagsOf(tags)));
     landmarks_ = landmarksOf(planes_, cards);
     for (int index = 0; index < int(planes_.size()); index++) {
-        Canvas canvas = painted(planes_[index], index, cards, seed);
+        Canvas canvas = painted(planes_[index], index, cards, tags, seed);
         illuminate(canvas, planes_[index], index, planes_, surfaces->boxes);
         surfaces->all.push_back(addPyramid(canvas, planes_[index], surfaces->texels));
     }

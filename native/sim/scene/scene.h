@@ -1,6 +1,7 @@
 /** The room that all simulated cameras look at: what is where, and its painted surfaces. */
 #pragma once
 
+#include "fiducials.h"
 #include "layout.h"
 
 #include <cstdint>
@@ -13,13 +14,13 @@ namespace ml2sim {
 class Scene {
   public:
     /** `seed` chooses the textures; places of walls, boxes and fiducials are always the same. */
-    explicit Scene(uint64_t seed = 1);
+    explicit Scene(uint64_t seed = 1, TagKind tags = TagKind::Aruco4x4);
 
     const std::vector<Landmark> &landmarks() const { return landmarks_; }
     /** The six walls, then six faces of each box. */
     const std::vector<Plane> &planes() const { return planes_; }
 
-    /** Whether no box stands between two points in the room. */
+    /** Returns true if no box stands between two points in the room. */
     bool isClear(Vec3 from, Vec3 to) const;
 
     /** For the renderer. */

@@ -12,13 +12,13 @@ constexpr float kBlur = 1.4f;
 
 /** Four texels about a spot, and how near it is to each. */
 struct Texels {
-    int index; ///< Of the top left one.
+    int index; ///< The top left one.
     int stride;
     float right; ///< 0 to 1
     float down;
 };
 
-/** Where rays meet a surface, in texels: linear in the ray's direction times its distance. */
+/** The texels of a surface that rays meet: linear in the ray's direction times its distance. */
 struct Footing {
     float from_across, from_down;
     Float3 across, down;

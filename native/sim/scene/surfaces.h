@@ -24,7 +24,7 @@ struct Surface {
     int width; ///< Texels of level 0. Level n has a 2^n-th of it, rounded up, so that levels stay aligned.
     int height;
     int last_level;
-    int offset[kMostLevels]; ///< Of each level, in Surfaces::texels.
+    int offset[kMostLevels]; ///< By level, in Surfaces::texels.
 };
 
 /** Stands in the room, turned about y. */

@@ -22,7 +22,7 @@ struct Block {
 /** Sets the origin, and the directions to those of `count` rays in camera axes, given by component. */
 void aim(Block &block, const float *x, const float *y, const float *z, int count, const Pose &camera);
 
-/** Whether any ray meets a ball. */
+/** Returns true if any ray meets a ball. */
 bool meets(const Block &block, Float3 center, float radius);
 
 /** Sets distances and surfaces. The origin must be inside the room. */

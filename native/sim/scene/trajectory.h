@@ -1,4 +1,4 @@
-/** Where the simulated head is, and how it moves. */
+/** The path and motion of the simulated head. */
 #pragma once
 
 #include "geometry.h"
@@ -43,7 +43,7 @@ class Trajectory {
 
     Motion at(double seconds) const { return motion_(seconds); }
 
-    /** When it ends, or repeats. */
+    /** The time after which it ends or repeats. */
     double durationSeconds() const { return duration_s_; }
 
   private:

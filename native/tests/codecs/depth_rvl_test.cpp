@@ -40,7 +40,7 @@ class Numbers {
             }
         }
     }
-    /** Whether only the zeros are left that fill the last word. */
+    /** Returns true if only the zeros are left that fill the last word. */
     bool isAtEnd() const {
         return nibbles_.size() - at_ < 8 && std::all_of(nibbles_.begin() + static_cast<std::ptrdiff_t>(at_),
                                                         nibbles_.end(), [](uint32_t nibble) { return nibble == 0; });

@@ -1,4 +1,4 @@
-// What no codec accepts.
+// Arguments that every codec refuses.
 #include <limits>
 #include <vector>
 

@@ -64,12 +64,35 @@ static jdoubleArray true_pose(JNIEnv *env, jclass class, jint camera, jlong boot
     return values;
 }
 
-/** Reaches the library that is loaded already as P/Invoke does, by its name. */
+/** Returns a function of the library that is loaded already, as P/Invoke finds it, by its name. */
+static void *loaded(const char *name) {
+    void *library = dlopen("libml2sensors.so", RTLD_NOW | RTLD_NOLOAD);
+    return library ? dlsym(library, name) : NULL;
+}
+
+/** Returns the oldest message of an inbox, or null. */
+static jbyteArray take_message(JNIEnv *env, jclass class, jint inbox) {
+    (void)class;
+    ml2s_result (*acquire)(uint32_t, ml2s_message *) = NULL;
+    ml2s_result (*release)(uint32_t, uint32_t) = NULL;
+    *(void **)&acquire = loaded("ml2s_inbox_acquire");
+    *(void **)&release = loaded("ml2s_inbox_release");
+    ml2s_message message = {.struct_size = sizeof message};
+    if (!acquire || !release || acquire((uint32_t)inbox, &message) != ML2S_OK) {
+        return NULL;
+    }
+    jbyteArray bytes = (*env)->NewByteArray(env, (jsize)message.size_bytes);
+    if (bytes) {
+        (*env)->SetByteArrayRegion(env, bytes, 0, (jsize)message.size_bytes, (const jbyte *)message.data);
+    }
+    release((uint32_t)inbox, message.slot);
+    return bytes;
+}
+
 static jboolean acquire_latest(JNIEnv *env, jclass class, jint stream, jlong after_nanos, jobject frame) {
     (void)class;
     ml2s_result (*acquire)(uint32_t, int64_t, ml2s_frame *) = NULL;
-    void *library = dlopen("libml2sensors.so", RTLD_NOW | RTLD_NOLOAD);
-    *(void **)&acquire = library ? dlsym(library, "ml2s_acquire_latest") : NULL;
+    *(void **)&acquire = loaded("ml2s_acquire_latest");
     ml2s_frame *memory = (*env)->GetDirectBufferAddress(env, frame);
     memory->struct_size = sizeof *memory;
     return acquire && acquire((uint32_t)stream, after_nanos, memory) == ML2S_OK;
@@ -128,6 +151,7 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("advance", "(J)V", advance),
         METHOD("openHandles", "()I", open_handles),
         METHOD("lastMisuse", "()Ljava/lang/String;", last_misuse),
+        METHOD("takeMessage", "(I)[B", take_message),
         METHOD("acquireLatest", "(IJLjava/nio/ByteBuffer;)Z", acquire_latest),
         METHOD("callNatively", "(Ljava/lang/Class;Ljava/lang/String;Ljava/lang/String;)Ljava/lang/Throwable;",
                call_natively),

@@ -1,4 +1,4 @@
-// What the JNI of Android does not do, and that of a desktop's JVM does: by a function table of the test's own.
+// Replaces functions of a desktop's JVM that do what Android's JNI does not, in a function table of the test's own.
 #include <jni.h>
 
 #include <cstring>

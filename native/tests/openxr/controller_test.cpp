@@ -8,9 +8,9 @@ class Controller : public EitherBackend {
     const ml2s_settings pose = by(kController), input = by(kControllerInput);
 };
 
-/** What only OpenXR has. */
+/** Tests of OpenXR alone. */
 using OpenXrController = OpenXr;
-/** What only the vendor's interface has. */
+/** Tests of the vendor's interface alone. */
 using SdkController = Trackers;
 
 } // namespace

@@ -83,6 +83,7 @@ TEST_F(Negotiation, AStepThatFailsIsNamedAndLeavesNothing) {
 TEST_F(Negotiation, AStepThatIsNeverCompletedIsGivenUp) {
     runtime("fault.future.stuck", "1");
     expectRefused(kEyeNasalLeft, ML2S_VENDOR_FAILURE, "xrConfigurePixelSensorAsyncML: not completed within 5 s");
+    EXPECT_EQ(counters().futures_cancelled, 1u);
 }
 
 TEST_F(Negotiation, AFailureToStopIsSaidAndTheSensorIsClosedAllTheSame) {

@@ -53,6 +53,7 @@ class OpenXr : public testing::Test {
         setenv("XR_RUNTIME_JSON", RUNTIME_JSON, 1);
         ml2sim_reset();
         ml2sim_xr_reset();
+        headset("noise", "0"); // tests compare with the truth
         ASSERT_EQ(useLoader(kLoader), ML2S_OK);
     }
 
@@ -92,7 +93,7 @@ class OpenXr : public testing::Test {
         return counters;
     }
 
-    /** What opening answers; the sensor is closed again. */
+    /** Checks the answer to opening a sensor; the sensor is closed again. */
     static void expectRefused(const ml2s_settings &settings, ml2s_result result, const std::string &message) {
         const Sensor sensor(settings);
         EXPECT_EQ(sensor.result, result);

@@ -22,9 +22,9 @@ class Poses : public EitherBackend {
     const ml2s_settings head = by(kHead), gaze = by(kGaze), hands = by(kHands);
 };
 
-/** What only OpenXR has. */
+/** Tests of OpenXR alone. */
 using OpenXrPoses = OpenXr;
-/** What only the vendor's interface has. */
+/** Tests of the vendor's interface alone. */
 using SdkPoses = Trackers;
 
 } // namespace

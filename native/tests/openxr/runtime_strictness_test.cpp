@@ -217,3 +217,127 @@ TEST_F(Runtime, AnUnknownKeyOrValueIsRefusedWithWhatIsExpected) {
     EXPECT_STREQ(ml2sim_xr_set("fault.future.fails", "begin"),
                  "fault.future.fails: expected one of \"\", \"configure\", \"start\", \"stop\", found \"begin\"");
 }
+
+/** The detector of the simulated runtime: each rule of the specification that it enforces. */
+class MarkerRules : public Runtime {
+  protected:
+    void SetUp() override {
+        OpenXr::SetUp();
+        stopTime();
+        runtime("markers.delay_ms", "10");
+        app.emplace(
+            std::vector<const char *>{XR_MND_HEADLESS_EXTENSION_NAME, XR_ML_MARKER_UNDERSTANDING_EXTENSION_NAME});
+        app->createSession();
+    }
+    void TearDown() override {
+        XR(xrDestroyMarkerDetectorML)(detector);
+        Runtime::TearDown();
+    }
+    XrResult create(const void *next) {
+        const XrMarkerDetectorCreateInfoML info = {XR_TYPE_MARKER_DETECTOR_CREATE_INFO_ML, next,
+                                                   XR_MARKER_DETECTOR_PROFILE_DEFAULT_ML, XR_MARKER_TYPE_ARUCO_ML};
+        return XR(xrCreateMarkerDetectorML)(app->session, &info, &detector);
+    }
+    void createWithSize() {
+        const XrMarkerDetectorSizeInfoML size = {XR_TYPE_MARKER_DETECTOR_SIZE_INFO_ML, nullptr, 0.48f};
+        const XrMarkerDetectorArucoInfoML aruco = {XR_TYPE_MARKER_DETECTOR_ARUCO_INFO_ML, &size,
+                                                   XR_MARKER_ARUCO_DICT_4X4_50_ML};
+        ASSERT_EQ(create(&aruco), XR_SUCCESS);
+    }
+    XrResult snapshot() {
+        XrMarkerDetectorSnapshotInfoML info = {XR_TYPE_MARKER_DETECTOR_SNAPSHOT_INFO_ML, nullptr};
+        return XR(xrSnapshotMarkerDetectorML)(detector, &info);
+    }
+    XrResult getState(XrMarkerDetectorStatusML *state) {
+        XrMarkerDetectorStateML out = {XR_TYPE_MARKER_DETECTOR_STATE_ML, nullptr, XR_MARKER_DETECTOR_STATUS_ERROR_ML};
+        const auto result = XR(xrGetMarkerDetectorStateML)(detector, &out);
+        *state = out.state;
+        return result;
+    }
+    XrResult getMarkers() { return XR(xrGetMarkersML)(detector, 16, &count, markers); }
+    /** Takes a snapshot of the room, and waits for it. */
+    void see() {
+        XrMarkerDetectorStatusML state;
+        EXPECT_EQ(snapshot(), XR_SUCCESS);
+        ml2sim_advance(10 * kMillisecond);
+        EXPECT_EQ(getState(&state), XR_SUCCESS);
+        EXPECT_EQ(state, XR_MARKER_DETECTOR_STATUS_READY_ML);
+        EXPECT_EQ(getMarkers(), XR_SUCCESS);
+    }
+
+    XrMarkerDetectorML detector = XR_NULL_HANDLE;
+    XrMarkerML markers[16];
+    uint32_t count = 0;
+};
+
+TEST_F(MarkerRules, ASizeIsNeededUnlessTheRuntimeEstimatesIt) {
+    const XrMarkerDetectorArucoInfoML aruco = {XR_TYPE_MARKER_DETECTOR_ARUCO_INFO_ML, nullptr,
+                                               XR_MARKER_ARUCO_DICT_4X4_50_ML};
+    EXPECT_EQ(create(&aruco), XR_ERROR_VALIDATION_FAILURE);
+    expectMisuse(ML2SIM_XR_MISUSE_TYPE, "a detector without XrMarkerDetectorSizeInfoML");
+    runtime("markers.estimates_size", "1");
+    EXPECT_EQ(create(&aruco), XR_SUCCESS);
+}
+
+TEST_F(MarkerRules, TheStateNeedsASnapshot) {
+    createWithSize();
+    XrMarkerDetectorStatusML state;
+    EXPECT_EQ(getState(&state), XR_ERROR_CALL_ORDER_INVALID);
+    expectMisuse(ML2SIM_XR_MISUSE_ORDER, "the state of a detector without a snapshot");
+}
+
+TEST_F(MarkerRules, MarkersNeedASnapshotThatWasSeenToBeReady) {
+    createWithSize();
+    XrMarkerDetectorStatusML state;
+    EXPECT_EQ(snapshot(), XR_SUCCESS);
+    EXPECT_EQ(getState(&state), XR_SUCCESS);
+    EXPECT_EQ(state, XR_MARKER_DETECTOR_STATUS_PENDING_ML);
+    ml2sim_advance(10 * kMillisecond);
+    EXPECT_EQ(getMarkers(), XR_ERROR_CALL_ORDER_INVALID);
+    expectMisuse(ML2SIM_XR_MISUSE_ORDER, "markers before the snapshot was seen to be ready");
+    see();
+    EXPECT_GT(count, 0u);
+    EXPECT_EQ(snapshot(), XR_SUCCESS) << "also while another is pending";
+    EXPECT_EQ(snapshot(), XR_SUCCESS);
+}
+
+TEST_F(MarkerRules, AMarkerThatIsNotInThisSnapshotIsInvalid) {
+    createWithSize();
+    see();
+    float length_m;
+    EXPECT_EQ(XR(xrGetMarkerLengthML)(detector, markers[0], &length_m), XR_SUCCESS);
+    EXPECT_EQ(XR(xrGetMarkerLengthML)(detector, markers[0] + 1000, &length_m), XR_ERROR_MARKER_INVALID_ML);
+}
+
+TEST_F(MarkerRules, AnArUcoMarkerHasNoText) {
+    createWithSize();
+    see();
+    char text[16];
+    EXPECT_EQ(XR(xrGetMarkerStringML)(detector, markers[0], 16, &count, text),
+              XR_ERROR_MARKER_DETECTOR_INVALID_DATA_QUERY_ML);
+    expectMisuse(ML2SIM_XR_MISUSE_ARGUMENT, "the text of a number");
+}
+
+TEST_F(MarkerRules, ASpaceOutlivesTheDetectorAndIsThenNotTracked) {
+    createWithSize();
+    see();
+    const XrMarkerSpaceCreateInfoML info = {
+        XR_TYPE_MARKER_SPACE_CREATE_INFO_ML, nullptr, detector, markers[0], {{0, 0, 0, 1}, {0, 0, 0}}};
+    XrSpace space = XR_NULL_HANDLE, local = XR_NULL_HANDLE;
+    ASSERT_EQ(XR(xrCreateMarkerSpaceML)(app->session, &info, &space), XR_SUCCESS);
+    const XrReferenceSpaceCreateInfo reference = {
+        XR_TYPE_REFERENCE_SPACE_CREATE_INFO, nullptr, XR_REFERENCE_SPACE_TYPE_LOCAL, {{0, 0, 0, 1}, {0, 0, 0}}};
+    ASSERT_EQ(XR(xrCreateReferenceSpace)(app->session, &reference, &local), XR_SUCCESS);
+    const XrTime now = ml2sim_now_mltime();
+    const auto flags = [&] {
+        XrSpaceLocation location = {XR_TYPE_SPACE_LOCATION, nullptr, 0, {}};
+        EXPECT_EQ(XR(xrLocateSpace)(space, local, now, &location), XR_SUCCESS);
+        return location.locationFlags;
+    };
+    EXPECT_NE(flags() & XR_SPACE_LOCATION_POSITION_TRACKED_BIT, 0u);
+    EXPECT_EQ(XR(xrDestroyMarkerDetectorML)(detector), XR_SUCCESS);
+    EXPECT_EQ(flags() & XR_SPACE_LOCATION_POSITION_TRACKED_BIT, 0u);
+    EXPECT_EQ(XR(xrDestroySpace)(space), XR_SUCCESS);
+    EXPECT_EQ(XR(xrDestroySpace)(local), XR_SUCCESS);
+    createWithSize();
+}

@@ -66,7 +66,7 @@ double distanceToSurfaces(Vec3 point) {
 
 std::vector<uint8_t> worldImage(const Pose &camera, float gain = 1, Noise noise = {}) {
     std::vector<uint8_t> grey(120 * 100);
-    renderWorld(room(), smallRays(), camera, grey.data(), 120, gain, noise);
+    renderWorld(room(), smallRays(), camera, grey.data(), 120, {gain, noise});
     return grey;
 }
 

@@ -1,7 +1,8 @@
 /**
  * Writes what the cameras see along the default trajectory, and the truth about it, for checks by other programs:
  * `scene_shots FOLDER TANGENTIAL [POSES]` makes <n>_<camera>.pgm or .ppm (the depth camera's infrared image as .pgm)
- * and truth.json.
+ * and truth.json. `scene_shots FOLDER TANGENTIAL POSES 1` shows each tag of ArUco 5X5 from near instead, 2 AprilTags, 3
+ * QR codes.
  */
 #include "render.h"
 #include "trajectory.h"
@@ -32,12 +33,13 @@ std::ostream &operator<<(std::ostream &out, const Sensor &lens) {
 
 class Shots {
   public:
-    Shots(const std::string &folder, double tangential)
-        : folder_(folder), world_(worldLens(tangential, -tangential / 2)), truth_(folder + "/truth.json") {
+    Shots(const std::string &folder, double tangential, TagKind tags)
+        : folder_(folder), scene_(1, tags), world_(worldLens(tangential, -tangential / 2)),
+          truth_(folder + "/truth.json") {
         truth_.precision(17);
     }
 
-    void take(int poses) {
+    void take(int poses, bool isNear) {
         const Trajectory trajectory = Trajectory::looped(1, kLoop_s);
         truth_ << "{\"landmarks\":[";
         const char *comma = "";
@@ -47,9 +49,11 @@ class Shots {
             comma = ",";
         }
         truth_ << "],\"shots\":[";
-        for (int n = 0; n < poses; n++)
+        for (int n = 0; n < poses && !isNear; n++)
             shoot(n, trajectory.at(kLoop_s * n / poses).head);
-        for (int n = 0; n < kAround; n++) {
+        for (size_t n = 0; n < scene_.landmarks().size() && isNear; n += 4)
+            approach(&scene_.landmarks()[n]);
+        for (int n = 0; n < kAround && !isNear; n++) {
             const Vec3 place = n % 2 == 0 ? Vec3{0.2, 0, 0.4} : Vec3{-0.2, 0.9, -0.4};
             takeWorld(n, "around", {Quaternion::about({0, 1, 0}, 2 * M_PI * n / kAround), place});
         }
@@ -57,6 +61,22 @@ class Shots {
     }
 
   private:
+    /** Looks at the centre of a tag from two places, 0.6 to 1.6 m before it and a little aside. */
+    void approach(const Landmark *corners) {
+        const int tag = corners->tag;
+        const Vec3 center = 0.5 * (corners[0].position + corners[2].position);
+        const Vec3 right = normalized(corners[1].position - corners[0].position);
+        const Vec3 down = normalized(corners[3].position - corners[0].position);
+        for (const double nearest : {0.6, 1.0}) {
+            const Vec3 way =
+                (nearest + 0.1 * (tag % 7)) * cross(down, right) + (0.15 * (tag % 5 - 2)) * right + 0.2 * down;
+            const Vec3 back = normalized(way);
+            const auto turned = Quaternion::about({0, 1, 0}, std::atan2(back.x, back.z)) *
+                                Quaternion::about({1, 0, 0}, -std::asin(back.y));
+            takeWorld(tag, nearest < 1 ? "near" : "farther", {turned, center + way});
+        }
+    }
+
     void shoot(int n, const Pose &head) {
         takeWorld(n, "world_left", compose(head, mount(Camera::WorldLeft)));
         takeWorld(n, "world_center", compose(head, mount(Camera::WorldCenter)));
@@ -146,8 +166,10 @@ class Shots {
 
 int main(int count, char **arguments) {
     if (count < 3) {
-        std::fprintf(stderr, "scene_shots FOLDER TANGENTIAL [POSES]\n");
+        std::fprintf(stderr, "scene_shots FOLDER TANGENTIAL [POSES [TAGS]]\n");
         return 2;
     }
-    Shots(arguments[1], std::atof(arguments[2])).take(count > 3 ? std::atoi(arguments[3]) : 10);
+    const int tags = count > 4 ? std::atoi(arguments[4]) : 0;
+    Shots shots(arguments[1], std::atof(arguments[2]), static_cast<TagKind>(tags));
+    shots.take(count > 3 ? std::atoi(arguments[3]) : 10, tags != 0);
 }

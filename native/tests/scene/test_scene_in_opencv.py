@@ -156,3 +156,95 @@ def test_feature_detectors_find_hundreds_of_corners_all_over_the_picture(truth: 
             counts = np.histogram2d(u, v, bins=4, range=[[0, 1016], [0, 1016]])[0]
             assert counts.sum() > 1000
             assert (counts > 10).sum() >= 14, f"{shot['image']}: {counts}"
+
+
+@pytest.mark.parametrize(
+    ("kind", "dictionary"),
+    [(1, cv2.aruco.DICT_5X5_100), (2, cv2.aruco.DICT_APRILTAG_36h11)],
+    ids=["ArUco", "AprilTag"],
+)
+def test_tags_from_near_have_the_poses_that_opencv_estimates(
+    tmp_path: Path, kind: int, dictionary: int
+) -> None:
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(dictionary), parameters)
+    truth = near(tmp_path, kind)
+    errors = []
+    for shot in truth.shots:
+        grey = cv2.imread(str(tmp_path / shot["image"]), cv2.IMREAD_GRAYSCALE)
+        squares, tags, _ = detector.detectMarkers(grey)
+        for tag, square in zip([] if tags is None else tags.ravel(), squares, strict=True):
+            assert tag < 50, "a false detection"
+            error = pose_error(shot, square[0], truth.landmarks[4 * tag : 4 * tag + 4, 2:])
+            if error is not None:
+                errors.append(error)
+    assert len(errors) >= 200
+    metres, degrees = np.median(errors, axis=0)
+    assert metres < 0.005
+    assert degrees < 0.5
+
+
+def test_qr_codes_from_near_say_which_they_are(tmp_path: Path) -> None:
+    reader = cv2.QRCodeDetectorAruco()
+    truth = near(tmp_path, 3)
+    shots = [shot for shot in truth.shots if shot["camera"] == "near"]
+    assert len(shots) == 8
+    for shot in shots:
+        grey = cv2.imread(str(tmp_path / shot["image"]), cv2.IMREAD_GRAYSCALE)
+        texts = reader.detectAndDecodeMulti(rectified(shot, grey))[1]
+        assert f"ml2-{shot['image'].split('_')[0]}" in texts
+
+
+def rectified(shot: dict[str, Any], grey: NDArray[Any]) -> NDArray[Any]:
+    """Returns the middle of a picture without its distortion, as readers of QR codes expect."""
+    across, down = np.meshgrid(np.linspace(-0.6, 0.6, 600), np.linspace(-0.6, 0.6, 600))
+    rays = np.column_stack([across.ravel(), down.ravel(), np.ones(across.size)])
+    points = rays @ (rotation(shot["pose"][:4]) @ RUB_TO_OPTICAL).T + shot["pose"][4:]
+    u, v = project(shot, points).T.astype(np.float32).reshape(2, *across.shape)
+    return cv2.remap(grey, u, v, cv2.INTER_LINEAR)
+
+
+def near(folder: Path, kind: int) -> Truth:
+    subprocess.run([SHOTS, folder, "1e-4", "0", str(kind)], check=True)
+    return Truth(folder)
+
+
+def pose_error(shot: dict[str, Any], square: Points, corners: Points) -> tuple[float, float] | None:
+    """Compares OpenCV's pose of a tag with its place, in metres and degrees; only 0.5 to 2 m away.
+
+    The frame of the tag is that of the simulated detector: x right, y up, z out of the face.
+    """
+    side = float(np.linalg.norm(corners[1] - corners[0]))
+    x, y = (corners[1] - corners[0]) / side, (corners[0] - corners[3]) / side
+    center, axes = corners.mean(axis=0), np.column_stack([x, y, np.cross(x, y)])
+    to_optical = RUB_TO_OPTICAL @ rotation(shot["pose"][:4]).T
+    expected = to_optical @ (center - shot["pose"][4:])
+    if not 0.5 <= np.linalg.norm(expected) <= 2:
+        return None
+    half = side / 2
+    own = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
+    _, turned, found = cv2.solvePnP(
+        own, unproject(shot, square), np.eye(3), np.zeros(4), flags=cv2.SOLVEPNP_IPPE_SQUARE
+    )
+    difference = cv2.Rodrigues(cv2.Rodrigues(turned)[0] @ (to_optical @ axes).T)[0]
+    metres = float(np.linalg.norm(found[:, 0] - expected))
+    return metres, float(np.degrees(np.linalg.norm(difference)))
+
+
+def unproject(shot: dict[str, Any], pixels: Points) -> Points:
+    """Inverts the model of the world cameras; the result is on the plane z = 1."""
+    k1, k2, k3, k4, p1, p2 = shot["fisheye"]
+    distorted = (pixels.astype(float) - shot["c"]) / shot["f"]
+    bent = distorted.copy()
+    for _ in range(20):
+        x, y = bent.T
+        q = x**2 + y**2
+        aside = [2 * p1 * x * y + p2 * (q + 2 * x**2), p1 * (q + 2 * y**2) + 2 * p2 * x * y]
+        bent = distorted - np.column_stack(aside)
+    radius = np.linalg.norm(bent, axis=1)
+    theta = radius.copy()
+    for _ in range(20):
+        theta = radius / (1 + k1 * theta**2 + k2 * theta**4 + k3 * theta**6 + k4 * theta**8)
+    plane: Points = bent / radius[:, None] * np.tan(theta)[:, None]
+    return plane

@@ -18,7 +18,7 @@ constexpr double kDegree = M_PI / 180;
 
 void expectNear(Vec3 a, Vec3 b, double tolerance) { EXPECT_LT(length(a - b), tolerance); }
 
-/** What a gyroscope would integrate: the turn from one instant to the next, in head axes. */
+/** The mean angular velocity that a gyroscope would measure between two instants, in head axes. */
 Vec3 numericAngularVelocity(const Trajectory &trajectory, double t) {
     const Quaternion before = trajectory.at(t - kStep_s).head.rotation,
                      after = trajectory.at(t + kStep_s).head.rotation;

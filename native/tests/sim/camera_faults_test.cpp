@@ -1,4 +1,5 @@
-// What a caller sees of each fault.<camera>.<what>.
+// The effect of each fault.<camera>.<what> on a caller.
+#include <algorithm>
 #include <cmath>
 #include <future>
 #include <utility>
@@ -81,6 +82,23 @@ TYPED_TEST(CameraFaults, EveryNthFrameNeverComesAndLeavesAGap) {
     ASSERT_EQ(numbers.size(), 20u);
     for (size_t i = 2; i < numbers.size(); i++)
         EXPECT_EQ(numbers[i] - numbers[i - 2], 3);
+}
+
+TYPED_TEST(CameraFaults, OfFourOddCapturesOneHasAFrameTwice) {
+    set("trajectory", STILL_HEAD);
+    this->setFault("odd_every", "1");
+    ASSERT_EQ(this->connect(), MLResult_Ok);
+    std::vector<int> counts;
+    while (counts.size() < 8) {
+        ml2sim_advance(kSecond / 30 + 1);
+        if (this->get() != MLResult_Ok)
+            continue;
+        counts.push_back(this->data.frame_count);
+        this->release();
+    }
+    const int usual = *std::min_element(counts.begin(), counts.end());
+    EXPECT_EQ(std::count(counts.begin(), counts.end(), usual), 6);
+    EXPECT_EQ(std::count(counts.begin(), counts.end(), usual + 1), 2);
 }
 
 TYPED_TEST(CameraFaults, AFrameCountCanLie) { EXPECT_EQ(this->dataWith("frame_count", "255").frame_count, 255); }

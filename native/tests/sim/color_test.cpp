@@ -2,6 +2,8 @@
 #include "../codecs/libjpeg.h"
 #include "headset.h"
 
+#include <algorithm>
+
 class Color : public SimulatedHeadset {
   protected:
     void SetUp() override {
@@ -64,4 +66,25 @@ TEST_F(Color, SizesAndRatesThatTheDeviceLacksAreRefused) {
                                                {1920, 1080, 30, 1},
                                                {972, 1080, 15, 1}})
         EXPECT_EQ(ml2sim_color(&request, ml2sim_now_boottime(), &frame), -1);
+}
+
+TEST_F(Color, WithNoiseTheExposureFollowsTheLightWithALag) {
+    set("noise", "1");
+    const ml2sim_color_request request = {640, 480, 15, 0};
+    ml2sim_color_frame frame;
+    frame.next_boottime = ml2sim_now_boottime();
+    int64_t shortest = INT64_MAX, longest = 0;
+    for (int n = 0; n < 15; n++) {
+        ASSERT_EQ(ml2sim_color(&request, frame.next_boottime, &frame), 0);
+        const auto capture = ml2sim_boottime_of_mltime(frame.capture_mltime);
+        constexpr double kLag_s = 0.3, kStep_s = 1e-3;
+        double lux = 300;
+        for (int64_t ago = 3000; ago > 0; ago--)
+            lux += (double(ml2sim_light(capture - ago * kMillisecond)) - lux) * kStep_s / kLag_s;
+        EXPECT_NEAR(double(frame.exposure_nanos), std::min(8e6, 8e6 * 300 / lux), 2e4);
+        shortest = std::min(shortest, frame.exposure_nanos);
+        longest = std::max(longest, frame.exposure_nanos);
+    }
+    EXPECT_LT(shortest, 7000000);
+    EXPECT_EQ(longest, 8000000) << "in less light the gain is higher";
 }

@@ -136,7 +136,7 @@ TEST_F(Control, ThePathRepeatsAfterTheLoopAndDiffersBySeed) {
 
 class Inertial : public SimulatedHeadset {
   protected:
-    /** Where a unit is in the world, by the mounts that are told and the true head. */
+    /** Places a unit in the world, by the mounts that are told and the true head. */
     void placeAt(const char *unit, int64_t mltime, double out[3]) {
         const std::string mounts = ml2sim_mounts();
         const auto entry = mounts.substr(mounts.find(unit));
@@ -195,29 +195,123 @@ TEST_F(Inertial, AngularVelocityIsAsFastAsTheHeadTurns) {
     EXPECT_NEAR(std::hypot(gyro[0], gyro[1], gyro[2]), rate, 1e-3);
 }
 
-TEST_F(Inertial, BiasAndNoiseAreEqualAtEqualTimesAndNoiseHasItsDeviation) {
+TEST_F(Inertial, WithoutNoiseTheBytesAreThoseOfAHeadsetThatHadNone) {
+    uint64_t hash = 0xcbf29ce484222325; // FNV-1a
+    for (uint32_t unit = 0; unit < ML2SIM_UNIT_COUNT; unit++)
+        for (int64_t i = 0; i < 100; i++) {
+            const auto boottime = ml2sim_boottime_of_mltime(8000000 * kSecond + i * 17 * kMillisecond);
+            float values[9];
+            ASSERT_EQ(ml2sim_imu(unit, boottime, values, values + 3, values + 6), 0);
+            unsigned char bytes[sizeof values];
+            std::memcpy(bytes, values, sizeof bytes);
+            for (const auto byte : bytes)
+                hash = (hash ^ byte) * 0x100000001b3;
+        }
+    EXPECT_EQ(hash, 0xb7c4a12b535a3348);
+}
+
+TEST_F(Inertial, EqualTimesHaveEqualNoiseAndABiasIsBounded) {
     const auto boottime = ml2sim_now_boottime();
     float exact[3], first[3], again[3];
     ml2sim_imu(0, boottime, exact, nullptr, nullptr);
-    set("imu_noise", "1");
+    set("noise", "1");
     ml2sim_imu(0, boottime, first, nullptr, nullptr);
     ml2sim_imu(0, boottime, again, nullptr, nullptr);
     EXPECT_EQ(std::memcmp(first, again, sizeof first), 0);
-    double squares = 0;
-    for (int i = 0; i < 3000; i++) {
-        float clean[3], noisy[3];
-        set("imu_noise", "0");
-        ml2sim_imu(0, boottime + i, clean, nullptr, nullptr);
-        set("imu_noise", "1");
-        ml2sim_imu(0, boottime + i, noisy, nullptr, nullptr);
-        squares += std::pow(noisy[0] - clean[0], 2);
-    }
-    EXPECT_NEAR(std::sqrt(squares / 3000), 0.02, 0.002);
-    set("imu_noise", "0");
+    EXPECT_NE(std::memcmp(first, exact, sizeof first), 0);
+    set("noise", "0");
     set("imu_bias", "1");
     ml2sim_imu(0, boottime, first, nullptr, nullptr);
     EXPECT_NE(first[0], exact[0]);
     EXPECT_NEAR(first[0], exact[0], 0.05);
+}
+
+TEST_F(Inertial, OnlyTheComputePackSwingsWithNoiseAndItsForceIsThatOfItsTurns) {
+    const auto swings = [](uint32_t unit) {
+        // The head is at rest. The walk and the white noise are a hundredth of the swing when summed over seconds.
+        const auto start = ml2sim_boottime_of_mltime(8000000 * kSecond);
+        constexpr int kSamples = 2000;
+        double turn = 0, force = 0;
+        for (int i = 0; i < kSamples; i++) {
+            float accel[3], gyro[3];
+            ml2sim_imu(unit, start + i * 5 * kMillisecond, accel, gyro, nullptr);
+            const double phase = 4 * M_PI * i * 5e-3;
+            // The pack looks to the left: the head's right is its back, z; the head's front is its right, x.
+            turn += std::cos(phase) * gyro[2] * 2 / kSamples;
+            force += std::sin(phase) * accel[0] * 2 / kSamples;
+        }
+        return std::pair(turn, force);
+    };
+    set("trajectory", STILL_HEAD);
+    set("noise", "1");
+    const auto [turn, force] = swings(ML2SIM_COMPUTE_PACK);
+    const double amplitude = 0.025, speed = 4 * M_PI;
+    EXPECT_NEAR(std::abs(turn), amplitude * speed, 0.02 * amplitude * speed);
+    // A pendulum of 0.1 m: gravity, less what its own acceleration takes.
+    const double expected = amplitude * (9.80665 - 0.1 * speed * speed);
+    EXPECT_NEAR(std::abs(force), std::abs(expected), 0.05 * std::abs(expected));
+    EXPECT_NEAR(swings(ML2SIM_HEADSET_LEFT).first, 0, 2e-3);
+    set("trajectory", "");
+}
+
+TEST_F(Inertial, MountsAreDrawnByTheirKeyAndStampsAreThenLate) {
+    const std::string built = ml2sim_mounts();
+    EXPECT_NE(built.find("\"late_s\": 0.000000000}"), std::string::npos);
+    set("mounts", "1");
+    const std::string drawn = ml2sim_mounts();
+    EXPECT_NE(drawn.substr(drawn.find("imu_left")), built.substr(built.find("imu_left")));
+    EXPECT_EQ(drawn.substr(0, drawn.find("imu_left")), built.substr(0, built.find("imu_left"))) << "cameras";
+    EXPECT_EQ(drawn.substr(drawn.find("imu_compute")), built.substr(built.find("imu_compute"))) << "not on the head";
+    // The turn rate has the same length for every mount, so it shows how late the stamps are.
+    double late_s = 0;
+    const auto entry = drawn.substr(drawn.find("late_s"));
+    ASSERT_EQ(std::sscanf(entry.c_str(), "late_s\": %lf", &late_s), 1);
+    EXPECT_NE(late_s, 0);
+    EXPECT_LE(std::abs(late_s), 0.02);
+    const auto turn = [](int64_t boottime) {
+        float gyro[3];
+        ml2sim_imu(ML2SIM_HEADSET_LEFT, boottime, nullptr, gyro, nullptr);
+        return std::hypot(gyro[0], gyro[1], gyro[2]);
+    };
+    const auto boottime = ml2sim_now_boottime();
+    const double lateTurn = turn(boottime + std::llround(late_s * 1e9));
+    set("mounts", "0");
+    EXPECT_NEAR(lateTurn, turn(boottime), 1e-6);
+    EXPECT_GT(std::abs(lateTurn - turn(boottime + std::llround(late_s * 1e9))), 1e-4);
+}
+
+TEST_F(Control, NoiseIsInTheReportedHeadAndNotInTheTrueOne) {
+    ml2sim_pose truth, found, again;
+    const auto at = [](int64_t i) { return 8000000 * kSecond + i * 151 * kMillisecond; };
+    ml2sim_true_head(at(0), &truth);
+    ml2sim_reported_head(at(0), &found);
+    EXPECT_EQ(std::memcmp(&truth, &found, sizeof truth), 0);
+    set("noise", "1");
+    ml2sim_true_head(at(0), &again);
+    EXPECT_EQ(std::memcmp(&truth, &again, sizeof truth), 0);
+    ml2sim_reported_head(at(0), &found);
+    ml2sim_reported_head(at(0), &again);
+    EXPECT_EQ(std::memcmp(&found, &again, sizeof found), 0) << "equal times, equal poses";
+    // The drift is straight for a second: second differences have six times the variance of the jitter.
+    double squares = 0, angles = 0, farthest = 0, errors[3][3] = {};
+    constexpr int kPoses = 3000;
+    for (int i = 0; i < kPoses; i++) {
+        ml2sim_true_head(at(i), &truth);
+        ml2sim_reported_head(at(i), &found);
+        const auto &a = truth.rotation, &b = found.rotation;
+        const double same = std::abs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]);
+        angles += std::pow(2 * std::acos(std::min(1.0, same)), 2) / kPoses;
+        for (int k = 0; k < 3; k++) {
+            auto &[before, now, after] = errors[k];
+            before = now, now = after, after = found.position[k] - truth.position[k];
+            squares += i < 2 ? 0 : std::pow(before - 2 * now + after, 2) / 6 / (3 * kPoses);
+            farthest = std::max(farthest, std::abs(after));
+        }
+    }
+    EXPECT_NEAR(std::sqrt(squares), 0.5e-3, 0.05 * 0.5e-3);
+    EXPECT_GT(farthest, 5e-3) << "it drifts";
+    EXPECT_LT(farthest, 0.1) << "and its map bounds that";
+    EXPECT_NEAR(std::sqrt(angles) * 180 / M_PI, 0.11, 0.03) << "0.05 about each axis, and the heading's drift";
 }
 
 TEST_F(Inertial, LightAndPressureArePlausibleAndUnknownUnitsAreRefused) {

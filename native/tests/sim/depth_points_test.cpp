@@ -32,7 +32,7 @@ class DepthPoints : public Cameras<DepthPort> {
         return out;
     }
 
-    /** What the pixel looks along, in camera axes, by fixed-point inversion of the plumb bob model. */
+    /** The ray of a pixel, in camera axes, by fixed-point inversion of the plumb bob model. */
     static void rayOf(const MLDepthCameraIntrinsics &lens, double u, double v, double out[3]) {
         const double *d = lens.distortion;
         const double bentX = (u - lens.principal_point.x) / lens.focal_length.x;

@@ -1,4 +1,4 @@
-// What is the depth camera's own: modes, planes, capabilities, distance.
+// The properties that only the depth camera has: modes, planes, capabilities, distance.
 #include "cameras_fixture.h"
 #include "ml_unused.h"
 

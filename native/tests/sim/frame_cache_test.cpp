@@ -28,7 +28,7 @@ constexpr size_t kFrames = 6;
 constexpr size_t kBytes = 3 * 4096 + 5;
 constexpr size_t kStride = 4 * 4096;
 
-/** What each byte of a frame must be. */
+/** The expected value of each byte of a frame. */
 uint8_t byteOf(size_t index) { return static_cast<uint8_t>(10 + index); }
 
 /** Draws like the renderers: first other pixels, then those that last. Counts what it draws. */

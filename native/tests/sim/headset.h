@@ -35,6 +35,7 @@ class SimulatedHeadset : public testing::Test {
         ml2sim_reset();
         set("clock", "manual");
         set("loop_seconds", "2");
+        set("noise", "0"); // tests compare with the truth
     }
 
     /** A test that misuses on purpose says which misuses it expects, and how many. */

@@ -1,4 +1,4 @@
-// What a caller sees of frames that are rendered when they are first shown.
+// Frames that are rendered when they are first shown, as a caller sees them.
 #include <atomic>
 #include <chrono>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// When frames come, by a clock that only the test moves.
+// Tests the times of frames, by a clock that only the test moves.
 #include <future>
 
 #include "cameras_fixture.h"

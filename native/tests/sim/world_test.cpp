@@ -1,4 +1,4 @@
-// What is the world cameras' own: batches, modes, strides, the double pointer.
+// The properties that only the world cameras have: batches, modes, strides, the double pointer.
 #include <cmath>
 #include <cstring>
 #include <set>

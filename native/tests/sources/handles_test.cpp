@@ -102,7 +102,7 @@ TEST_F(Handles, SettingsThatMakeNoSenseAreRefused) {
     settings.backend = 2;
     EXPECT_EQ(open(settings), ML2S_INVALID_ARGUMENT);
     settings = head;
-    settings.struct_size--;
+    settings.struct_size = offsetof(ml2s_settings, marker_type) - 1;
     EXPECT_EQ(open(settings), ML2S_INVALID_ARGUMENT);
     EXPECT_TRUE(script.calls.empty());
 }

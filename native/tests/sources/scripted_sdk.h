@@ -17,7 +17,7 @@ constexpr int64_t kOffsetNanos = 7777777777777777;
 struct Script {
     /** Answers other than Ok, by function. */
     std::map<std::string, MLResult> results;
-    /** What was called, in order, but conversions of time. */
+    /** The functions called, in order, except conversions of time. */
     std::vector<std::string> calls;
 
     MLDepthCameraSettings depthSettings = {};
@@ -25,7 +25,7 @@ struct Script {
     MLEyeCameraSettings eyeSettings = {};
     uint64_t timeout_ms = 0;
 
-    /** What the next gets give. */
+    /** The frames that the next gets return. */
     std::vector<MLDepthCameraFrame> depthFrames;
     std::vector<MLWorldCameraFrame> worldFrames;
     std::vector<MLEyeCameraFrame> eyeFrames;

@@ -1,4 +1,4 @@
-// What the tests of sources share: an opened sensor, slots for a stream, and captures that end of themselves.
+// The common parts of the tests of sources: an opened sensor, slots for a stream, and captures that end by themselves.
 #pragma once
 
 #include <atomic>
@@ -135,7 +135,7 @@ inline void readAll(uint32_t stream, const std::atomic<bool> &isDone) {
     }
 }
 
-/** What is said of a stream whose only frame of a moment was odd. */
+/** Checks the frame of a stream whose only frame of a moment was odd. */
 inline void expectSkipped(const ml2s_frame &frame) {
     EXPECT_EQ(frame.skipped, 1u);
     EXPECT_EQ(frame.slot, ML2S_NO_SLOT);

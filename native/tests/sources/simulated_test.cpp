@@ -30,6 +30,7 @@ class Simulated : public testing::Test {
         set("clock", "manual");
         set("loop_seconds", "2");
         set("mltime_skew_ppm", "200");
+        set("noise", "0"); // tests compare with the truth
         ml2sim_advance(kSecond);
     }
     void TearDown() override {
@@ -67,7 +68,7 @@ class SimulatedCamera : public Simulated, public testing::WithParamInterface<Cam
     void setFault(const char *what, const char *value) {
         set(std::string("fault.") + GetParam().name + "." + what, value);
     }
-    /** What the next frame comes to. */
+    /** Returns the result of the next frame. */
     Polled capture(Sensor &sensor) {
         ml2sim_advance(kSecond);
         return sensor.poll();

@@ -193,7 +193,7 @@ int64_t write(const std::atomic<int> &reads, int enough) {
     return lost;
 }
 
-/** What a reader sees must be one whole frame, newer than the last. */
+/** Checks that a reader sees one whole frame. */
 void expectWhole(const ml2s_frame &frame) {
     const auto *words = reinterpret_cast<const uint32_t *>(frame.data);
     for (uint32_t i = 0; i < kWords; i++) {

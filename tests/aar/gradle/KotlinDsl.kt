@@ -1,4 +1,4 @@
-// What Gradle's Kotlin DSL adds to Gradle's interfaces, for the compiler only: nothing here runs.
+// The additions of Gradle's Kotlin DSL to Gradle's interfaces, for the compiler only: nothing here runs.
 // The DSL itself comes with a Gradle distribution alone.
 
 import org.gradle.api.Project

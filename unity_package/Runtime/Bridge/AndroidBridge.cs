@@ -7,7 +7,7 @@ namespace Ml2Sensors.Bridge
     /// <summary>Calls dev.ml2sensors.unity.Ml2Unity in the bundled AAR, which loads libml2sensors when it is opened.</summary>
     internal sealed class AndroidBridge : IMl2Bridge
     {
-        private readonly AndroidJavaObject _facade;
+        private readonly AndroidJavaObject _facade, _inboxes, _publishers, _services;
 
         /// <param name="changed">Called with each new status, on any thread.</param>
         public AndroidBridge(Action<string> changed)
@@ -16,6 +16,9 @@ namespace Ml2Sensors.Bridge
             using (var activity = player.GetStatic<AndroidJavaObject>("currentActivity"))
             using (var facade = new AndroidJavaClass("dev.ml2sensors.unity.Ml2Unity"))
                 _facade = facade.CallStatic<AndroidJavaObject>("open", activity, new Listener(changed));
+            _inboxes = _facade.Call<AndroidJavaObject>("inboxes");
+            _publishers = _facade.Call<AndroidJavaObject>("publishers");
+            _services = _facade.Call<AndroidJavaObject>("services");
         }
 
         public string Unavailable => null;
@@ -37,22 +40,34 @@ namespace Ml2Sensors.Bridge
 
         public void View(string streamId, bool on) => _facade.Call("view", streamId, on);
 
-        public int OpenPublisher(string topic, string rosType) => _facade.Call<int>("openPublisher", topic, rosType);
+        public uint OpenPublisher(string topic, string rosType, bool isLatched, bool isLarge, bool isStamped, int depth) =>
+            (uint)_publishers.Call<int>("open", topic, rosType, isLatched, isLarge, isStamped, depth);
 
-        public long StampNanos(long captureNanos) => _facade.Call<long>("stampNanos", captureNanos);
+        public string PublisherRefusal(uint outbox) => _publishers.Call<string>("refusal", (int)outbox);
 
-        public string Refusal(int publisher) => _facade.Call<string>("refusal", publisher);
+        public uint CallService(string service, string rosType) => (uint)_services.Call<int>("call", service, rosType);
 
-        public bool Publish(int publisher, byte[] payload, int length, long captureNanos)
-        {
-            var bytes = new sbyte[length]; // Java's byte
-            Buffer.BlockCopy(payload, 0, bytes, 0, length);
-            return _facade.Call<bool>("publish", publisher, bytes, captureNanos);
-        }
+        public uint OfferService(string service, string rosType) => (uint)_services.Call<int>("offer", service, rosType);
+
+        public uint ServiceInbox(uint service) => (uint)_services.Call<int>("inbox", (int)service);
+
+        public string ServiceRefusal(uint service) => _services.Call<string>("refusal", (int)service);
+
+        public void CloseService(uint service) => _services.Call("close", (int)service);
+
+        public uint Subscribe(string topic, string rosType, string hash, int depth, double maxHz) =>
+            (uint)_inboxes.Call<int>("subscribe", topic, rosType, hash, depth, maxHz);
+
+        public void Unsubscribe(uint inbox) => _inboxes.Call("unsubscribe", (int)inbox);
+
+        public string SubscriptionRefusal(uint inbox) => _inboxes.Call<string>("refusal", (int)inbox);
 
         public void Dispose()
         {
             _facade.Call("close");
+            _inboxes.Dispose();
+            _publishers.Dispose();
+            _services.Dispose();
             _facade.Dispose();
         }
 

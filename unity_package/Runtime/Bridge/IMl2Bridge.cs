@@ -8,7 +8,7 @@ namespace Ml2Sensors.Bridge
     /// </summary>
     internal interface IMl2Bridge : IDisposable
     {
-        /// <summary>Why this platform cannot stream; null if it can.</summary>
+        /// <summary>The reason why this platform cannot stream; null if it can.</summary>
         string Unavailable { get; }
 
         /// <summary>Starts to pair; the status reports the result. Has no effect while another pairing runs.</summary>
@@ -34,18 +34,112 @@ namespace Ml2Sensors.Bridge
         /// <summary>Turns access to a stream's frames by FrameLease on or off.</summary>
         void View(string streamId, bool on);
 
-        /// <param name="topic">"custom/" and a name, relative to the prefix.</param>
-        /// <returns>The id that Publish takes.</returns>
-        int OpenPublisher(string topic, string rosType);
+        /// <summary>Opens a topic of the app's own, over starts and stops.</summary>
+        /// <param name="topic">"custom/" and a name, relative to the prefix; or an absolute name.</param>
+        /// <param name="isStamped">True if messages begin with a header, whose stamp the library writes.</param>
+        /// <param name="depth">The messages that wait to be sent; the newest ones stay.</param>
+        /// <returns>The number of the outbox for NativeMethods.AddMessage; 0 where nothing is sent.</returns>
+        uint OpenPublisher(string topic, string rosType, bool isLatched, bool isLarge, bool isStamped, int depth);
 
-        /// <summary>Converts a time of CLOCK_BOOTTIME to ROS time; 0 while ROS time is not known.</summary>
-        long StampNanos(long captureNanos);
+        /// <summary>Returns the reason why the receiver does not publish the topic; empty if it does.</summary>
+        string PublisherRefusal(uint outbox);
 
-        /// <summary>Why the receiver does not publish the topic; empty if it does.</summary>
-        string Refusal(int publisher);
+        /// <summary>Opens a client of a service of ROS, over starts and stops.</summary>
+        /// <returns>
+        /// The number of the outbox for its requests: the number of a message is that of the call, its time the time-out in
+        /// ns. Each call has one message in the inbox: a payload, or a byte of ServiceFailure and the reason in UTF-8. 0 where
+        /// nothing is sent.
+        /// </returns>
+        uint CallService(string service, string rosType);
 
-        /// <param name="captureNanos">CLOCK_BOOTTIME.</param>
-        /// <returns>False if no receiver takes the topic.</returns>
-        bool Publish(int publisher, byte[] payload, int length, long captureNanos);
+        /// <summary>Offers a service to ROS, over starts and stops.</summary>
+        /// <returns>
+        /// The number of the outbox for responses: a payload, or a byte of 1 and a reason in UTF-8, with the number that the
+        /// request has in the inbox. 0 where nothing is received.
+        /// </returns>
+        uint OfferService(string service, string rosType);
+
+        /// <summary>Returns the number of the inbox of a service.</summary>
+        uint ServiceInbox(uint service);
+
+        /// <summary>Returns the reason why ROS does not have a service that is offered; empty if it does.</summary>
+        string ServiceRefusal(uint service);
+
+        void CloseService(uint service);
+
+        /// <summary>Subscribes to a ROS topic, over starts and stops.</summary>
+        /// <param name="depth">The messages that wait for a frame; 1 is the newest alone.</param>
+        /// <param name="maxHz">The greatest rate at which the receiver sends messages; 0 has no bound.</param>
+        /// <returns>The number of the inbox for NativeMethods.AcquireMessage; 0 where nothing is received.</returns>
+        uint Subscribe(string topic, string rosType, string hash, int depth, double maxHz);
+
+        void Unsubscribe(uint inbox);
+
+        /// <summary>Returns the reason why the receiver does not send the topic; empty if it does.</summary>
+        string SubscriptionRefusal(uint inbox);
+    }
+
+    /// <summary>The bridge where there is no headset: does nothing, and says why.</summary>
+    internal sealed class UnavailableBridge : IMl2Bridge
+    {
+        public UnavailableBridge(string reason) => Unavailable = reason;
+
+        public string Unavailable { get; }
+
+        public void Pair(string uri)
+        {
+        }
+
+        public void Start(string receiver, string defaultsJson, bool insecure)
+        {
+        }
+
+        public void Stop()
+        {
+        }
+
+        public void Pause()
+        {
+        }
+
+        public void Resume()
+        {
+        }
+
+        public string Status() => "{\"state\": \"ended\"}";
+
+        public string PermissionsNeeded() => "[]";
+
+        public void View(string streamId, bool on)
+        {
+        }
+
+        public uint OpenPublisher(string topic, string rosType, bool isLatched, bool isLarge, bool isStamped, int depth) => 0;
+
+        public string PublisherRefusal(uint outbox) => Unavailable;
+
+        public uint CallService(string service, string rosType) => 0;
+
+        public uint OfferService(string service, string rosType) => 0;
+
+        public uint ServiceInbox(uint service) => 0;
+
+        public string ServiceRefusal(uint service) => Unavailable;
+
+        public void CloseService(uint service)
+        {
+        }
+
+        public uint Subscribe(string topic, string rosType, string hash, int depth, double maxHz) => 0;
+
+        public void Unsubscribe(uint inbox)
+        {
+        }
+
+        public string SubscriptionRefusal(uint inbox) => Unavailable;
+
+        public void Dispose()
+        {
+        }
     }
 }

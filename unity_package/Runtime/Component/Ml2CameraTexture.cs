@@ -51,7 +51,7 @@ namespace Ml2Sensors
         /// <summary>The lens for the frame shown; null when the device did not say.</summary>
         public CameraIntrinsics? Intrinsics => _lease == null ? null : _lease.Intrinsics;
 
-        /// <summary>How long the main thread was busy with decoding the JPEG shown; 0 for raw images.</summary>
+        /// <summary>The time in ms that the main thread took to decode the JPEG shown; 0 for raw images.</summary>
         public double DecodeMilliseconds { get; private set; }
 
         /// <summary>The streamer and the stream shown; takes effect when this component is next enabled.</summary>
@@ -120,7 +120,7 @@ namespace Ml2Sensors
 
         private void ShowJpeg(NativeArray<byte> jpeg)
         {
-            // What stands behind the end of a JPEG is ignored, so a larger array serves a smaller picture.
+            // A decoder ignores bytes behind the end of a JPEG, so a larger array serves a smaller picture.
             if (_jpeg.Length < jpeg.Length) _jpeg = new byte[jpeg.Length * 2];
             NativeArray<byte>.Copy(jpeg, 0, _jpeg, 0, jpeg.Length);
             Fit(_lease.Width, _lease.Height, TextureFormat.RGB24);

@@ -40,7 +40,7 @@ namespace Ml2Sensors
         private bool _isRequested;
         private bool _isStarted;
 
-        /// <summary>What the platform said last, and what the library was told.</summary>
+        /// <summary>The latest state of the platform, and the state that the library was told.</summary>
         private bool _isPaused, _isLibraryPaused;
 
         /// <summary>Raised when a session begins, with the receiver's name or address.</summary>
@@ -88,10 +88,12 @@ namespace Ml2Sensors
             set => _config = value;
         }
 
-        /// <summary>Why this component cannot stream on this platform, or any more; null if it can.</summary>
+        /// <summary>The reason why this component cannot stream here, or any more; null if it can.</summary>
         public string Unavailable => Bridge.Unavailable;
 
         internal Func<Action<string>, IMl2Bridge> OpenBridge { get; set; } = OpenPlatformBridge;
+
+        internal Pump Pump { get; } = new Pump();
 
         internal IMl2Bridge Bridge => _bridge ?? (_bridge = OpenBridge(json => Interlocked.Exchange(ref _newStatusJson, json)));
 
@@ -158,6 +160,7 @@ namespace Ml2Sensors
             string json = Interlocked.Exchange(ref _newStatusJson, null);
             if (json != null) Apply(StatusReader.ReadStatus(json));
             if (!_permissions.IsWaiting) ContinueStart();
+            Pump.Run();
         }
 
         private void OnApplicationPause(bool isPaused)
@@ -185,6 +188,7 @@ namespace Ml2Sensors
             // Scripts may outlive this component, and nobody would close a library that they opened
             _bridge = new UnavailableBridge("This ML2 Sensor Streamer is destroyed.");
             _isLibraryPaused = false;
+            Pump.End();
         }
 
         /// <summary>Tells a started library whether the app is paused, if it does not know.</summary>

@@ -53,7 +53,7 @@ namespace Ml2Sensors.Geometry
     /// <summary>The coefficients of a lens model.</summary>
     public readonly struct LensDistortion
     {
-        /// <summary>What the coefficients mean.</summary>
+        /// <summary>The model that the coefficients belong to.</summary>
         public readonly LensModel Model;
 
 #pragma warning disable 1591 // The names are those of OpenCV.

@@ -19,9 +19,7 @@ namespace Ml2Sensors.Interop
         /// <exception cref="NotSupportedException">The native library and this package have different versions.</exception>
         public FrameLease(StreamId stream) : base(IntPtr.Zero, true)
         {
-            uint version = NativeMethods.GetAbiVersion();
-            if (version != NativeMethods.AbiVersion)
-                throw new NotSupportedException($"Expected libml2sensors with interface {NativeMethods.AbiVersion}, found {version}. Use the library of this package.");
+            NativeMethods.CheckVersion();
             Stream = stream;
         }
 

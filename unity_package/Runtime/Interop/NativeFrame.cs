@@ -8,6 +8,7 @@ namespace Ml2Sensors.Interop
         Ok = 0,
         Timeout = 1,
         InvalidArgument = 2,
+        Closed = 4,
         AllSlotsLeased = 7,
         Busy = 8,
     }

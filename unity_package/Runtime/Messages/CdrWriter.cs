@@ -52,98 +52,112 @@ namespace Ml2Sensors.Messages
 
         public void Write(double value) => Put((ulong)BitConverter.DoubleToInt64Bits(value), 8);
 
-        public void Write(string value)
+        public void Write(string value, int mostBytes = int.MaxValue)
         {
             if (value == null) throw new ArgumentNullException(nameof(value), "Expected a string in each string field of a message, found null.");
+            if (value.IndexOf('\0') >= 0) throw new ArgumentException("Expected text without NUL.", nameof(value));
             int count = Utf8.GetByteCount(value);
+            if (count > mostBytes) throw new ArgumentException($"Expected text of at most {mostBytes} bytes of UTF-8, found {count}.", nameof(value));
             Write((uint)count + 1);
             int at = Reserve(count + 1, 1);
             Utf8.GetBytes(value, 0, value.Length, _bytes, at);
         }
 
-        public void Write(byte[] values)
+        public void Write(string[] values) => WriteTexts(values);
+
+        public void WriteTexts(string[] values, int most = int.MaxValue, int mostBytes = int.MaxValue)
         {
-            WriteLength(values);
-            Bytes(values, 1);
+            WriteLength(values, most);
+            foreach (string value in values) Write(value, mostBytes);
         }
 
-        public void Write(sbyte[] values)
+        public void WriteFixedTexts(string[] values, int count, int mostBytes = int.MaxValue)
         {
-            WriteLength(values);
-            Bytes(values, 1);
+            CheckLength(values, count);
+            foreach (string value in values) Write(value, mostBytes);
         }
 
-        public void Write(short[] values)
+        public void WriteWide(string value, int mostUnits = int.MaxValue)
         {
-            WriteLength(values);
-            Bytes(values, 2);
+            if (value == null) throw new ArgumentNullException(nameof(value), "Expected a string in each string field of a message, found null.");
+            if (value.Length > mostUnits) throw new ArgumentException($"Expected text of at most {mostUnits} units, found {value.Length}.", nameof(value));
+            Utf8.GetByteCount(value); // throws for half a surrogate pair
+            Write((uint)value.Length);
+            foreach (char unit in value) Write((uint)unit);
         }
 
-        public void Write(ushort[] values)
+        public void WriteWideTexts(string[] values, int most = int.MaxValue, int mostUnits = int.MaxValue)
         {
-            WriteLength(values);
-            Bytes(values, 2);
+            WriteLength(values, most);
+            foreach (string value in values) WriteWide(value, mostUnits);
         }
 
-        public void Write(int[] values)
+        public void WriteFixedWideTexts(string[] values, int count, int mostUnits = int.MaxValue)
         {
-            WriteLength(values);
-            Bytes(values, 4);
+            CheckLength(values, count);
+            foreach (string value in values) WriteWide(value, mostUnits);
         }
 
-        public void Write(uint[] values)
+        public void WriteMessage(IMessage value)
         {
-            WriteLength(values);
-            Bytes(values, 4);
+            if (value == null) throw new ArgumentNullException(nameof(value), "Expected a message in each message field of a message, found null.");
+            value.Write(this);
         }
 
-        public void Write(float[] values)
-        {
-            WriteLength(values);
-            Bytes(values, 4);
-        }
-
-        public void Write(double[] values)
-        {
-            WriteLength(values);
-            Bytes(values, 8);
-        }
-
-        public void Write(string[] values)
-        {
-            WriteLength(values);
-            foreach (string value in values) Write(value);
-        }
+        /// <summary>Writes the byte that stands for a message without fields.</summary>
+        public void WriteEmpty() => Write((byte)0);
 
 #pragma warning restore 1591
 
-        /// <summary>Writes an array of fixed length, without its length.</summary>
-        public void WriteFixed(double[] values, int count)
+        /// <summary>Writes the number of values, then the values.</summary>
+        /// <typeparam name="T">bool, or a type of numbers.</typeparam>
+        public void Write<T>(T[] values, int most = int.MaxValue) where T : struct
         {
-            if (values == null || values.Length != count)
-                throw new ArgumentException($"Expected {count} values, found {values?.Length ?? 0}.", nameof(values));
-            Bytes(values, 8);
+            WriteLength(values, most);
+            Bytes(values);
+        }
+
+        /// <summary>Writes an array of fixed length, without its length.</summary>
+        /// <typeparam name="T">bool, or a type of numbers.</typeparam>
+        public void WriteFixed<T>(T[] values, int count) where T : struct
+        {
+            CheckLength(values, count);
+            Bytes(values);
         }
 
         /// <summary>Writes the number of messages, then the messages.</summary>
-        public void WriteSequence(IMessage[] values)
+        public void WriteSequence(IMessage[] values, int most = int.MaxValue)
         {
-            WriteLength(values);
-            foreach (IMessage value in values) value.Write(this);
+            WriteLength(values, most);
+            foreach (IMessage value in values) WriteMessage(value);
         }
 
-        private void WriteLength(Array values)
+        /// <summary>Writes messages in an array of fixed length, without its length.</summary>
+        public void WriteMessages(IMessage[] values, int count)
+        {
+            CheckLength(values, count);
+            foreach (IMessage value in values) WriteMessage(value);
+        }
+
+        private void WriteLength(Array values, int most)
         {
             if (values == null) throw new ArgumentNullException(nameof(values), "Expected an array in each array field of a message, found null.");
+            if (values.Length > most) throw new ArgumentException($"Expected at most {most} values, found {values.Length}.", nameof(values));
             Write((uint)values.Length);
         }
 
+        private static void CheckLength(Array values, int count)
+        {
+            if (values == null || values.Length != count)
+                throw new ArgumentException($"Expected {count} values, found {values?.Length ?? 0}.", nameof(values));
+        }
+
         /// <summary>Copies values as they are in memory: all of Unity's platforms are little-endian.</summary>
-        private void Bytes(Array values, int size)
+        private void Bytes(Array values)
         {
             if (values.Length == 0) return;
             int count = System.Buffer.ByteLength(values);
-            int at = Reserve(count, size);
+            int at = Reserve(count, count / values.Length);
             System.Buffer.BlockCopy(values, 0, _bytes, at, count);
         }
 

@@ -10,6 +10,16 @@ namespace Ml2Sensors.Messages
         void Write(CdrWriter cdr);
     }
 
+    /// <summary>A message that can be received, too.</summary>
+    public interface IReadable : IMessage
+    {
+        /// <summary>The hash of the type (REP-2016), by which a receiver knows whether it has the same one.</summary>
+        string RosHash { get; }
+
+        /// <summary>Replaces the fields in their order. What CdrReader.Error tells of is not read.</summary>
+        void Read(CdrReader cdr);
+    }
+
     /// <summary>A message that begins with a header, whose stamp Ml2Publisher writes.</summary>
     public interface IStamped
     {

@@ -1,3 +1,5 @@
+using System.Threading;
+using System.Threading.Tasks;
 using Ml2Sensors.Messages;
 using UnityEngine;
 
@@ -19,6 +21,19 @@ namespace Ml2Sensors.Tests
         {
             var publisher = new Ml2Publisher<Float64Msg>(streamer, "head_height"); // PREFIX/custom/head_height
             publisher.Publish(message, Ml2Publisher<Float64Msg>.NowNanos);
+        }
+
+        internal static void Subscribe(Ml2SensorStreamer streamer)
+        {
+            var joints = new Ml2Subscriber<JointStateMsg>(streamer, "/joint_states");
+            joints.Received += message => Debug.Log(message.position[0]);
+        }
+
+        internal static async Task Call(Ml2SensorStreamer streamer, SetBoolRequest request, CancellationToken token)
+        {
+            var client = new Ml2ServiceClient<SetBoolRequest, SetBoolResponse>(streamer, "/pause");
+            var result = await client.CallAsync(request, timeout: 2f, token);
+            Debug.Log(result.Failure == ServiceFailure.None ? result.Response.message : result.Reason);
         }
     }
 }

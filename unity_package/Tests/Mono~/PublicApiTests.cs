@@ -17,7 +17,8 @@ namespace Ml2Sensors.Tests
         public void Runtime_Public_IsCommitted()
         {
             string file = Environment.GetEnvironmentVariable("ML2_PUBLIC_API");
-            IEnumerable<string> lines = typeof(Ml2SensorStreamer).Assembly.GetExportedTypes()
+            IEnumerable<string> lines = new[] { typeof(Ml2SensorStreamer), typeof(RosTcp.ROSConnection) }
+                .SelectMany(type => type.Assembly.GetExportedTypes())
                 .OrderBy(type => type.FullName, StringComparer.Ordinal).SelectMany(Describe);
             string found = string.Concat(lines.Select(line => line + "\n"));
             if (Environment.GetEnvironmentVariable("REWRITE_API") != null) File.WriteAllText(file, found);

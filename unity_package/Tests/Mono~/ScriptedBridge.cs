@@ -16,8 +16,6 @@ namespace Ml2Sensors.Tests
 
         public string Needs { get; set; } = "[]";
 
-        public byte[] LastPayload { get; private set; }
-
         public string Unavailable { get; set; }
 
         /// <summary>Raises a status on another thread, as the library does.</summary>
@@ -56,26 +54,68 @@ namespace Ml2Sensors.Tests
 
         public void View(string streamId, bool on) => Calls.Add($"view {streamId} {on}");
 
-        public int OpenPublisher(string topic, string rosType)
+        /// <summary>The outboxes, in the order of their opening.</summary>
+        public List<NativeInbox> Outboxes { get; } = new List<NativeInbox>();
+
+        public uint OpenPublisher(string topic, string rosType, bool isLatched, bool isLarge, bool isStamped, int depth)
         {
-            Calls.Add($"open {topic} {rosType}");
-            return 7;
+            Calls.Add($"open {topic} {rosType}{(isLatched ? " latched" : "")}{(isLarge ? " large" : "")}{(isStamped ? " stamped" : "")} {depth}");
+            Outboxes.Add(new NativeInbox(depth));
+            return Outboxes.Last().Number;
         }
 
-        /// <summary>ROS time minus CLOCK_BOOTTIME; null while it is not known.</summary>
-        public long? OffsetNanos { get; set; }
+        public string PublisherRefusal(uint outbox) => "no such type";
 
-        public long StampNanos(long captureNanos) => OffsetNanos == null ? 0 : captureNanos + OffsetNanos.Value;
+        /// <summary>The outboxes of services, each with the inbox behind it, in the order of their opening.</summary>
+        public List<NativeInbox> Services { get; } = new List<NativeInbox>();
 
-        public string Refusal(int publisher) => "no such type";
+        public uint CallService(string service, string rosType) => OpenService($"call {service} {rosType}");
 
-        public bool Publish(int publisher, byte[] payload, int length, long captureNanos)
+        public uint OfferService(string service, string rosType) => OpenService($"offer {service} {rosType}");
+
+        public uint ServiceInbox(uint service) => Services[Services.FindIndex(it => it.Number == service) + 1].Number;
+
+        public string ServiceRefusal(uint service) => "no rule";
+
+        public void CloseService(uint service)
         {
-            Calls.Add($"publish {publisher} {captureNanos}");
-            LastPayload = payload.Take(length).ToArray();
-            return true;
+            Calls.Add("close service");
+            int index = Services.FindIndex(it => it.Number == service);
+            Services.GetRange(index, 2).ForEach(it => it.Dispose());
+            Services.RemoveRange(index, 2);
         }
 
-        public void Dispose() => Calls.Add("close");
+        private uint OpenService(string call)
+        {
+            Calls.Add(call);
+            Services.Add(new NativeInbox(100));
+            Services.Add(new NativeInbox(100));
+            return Services[Services.Count - 2].Number;
+        }
+
+        /// <summary>The inboxes, in the order of the subscriptions.</summary>
+        public List<NativeInbox> Inboxes { get; } = new List<NativeInbox>();
+
+        public uint Subscribe(string topic, string rosType, string hash, int depth, double maxHz)
+        {
+            Calls.Add($"subscribe {topic} {rosType} {hash} {depth}{(maxHz == 0 ? "" : $" {maxHz} Hz")}");
+            Inboxes.Add(new NativeInbox(depth));
+            return Inboxes.Last().Number;
+        }
+
+        public void Unsubscribe(uint inbox)
+        {
+            Calls.Add("unsubscribe");
+            Inboxes.Single(it => it.Number == inbox).Dispose();
+        }
+
+        public string SubscriptionRefusal(uint inbox) => "no such topic";
+
+        public void Dispose()
+        {
+            Calls.Add("close");
+            Outboxes.ForEach(it => it.Dispose());
+            Services.ForEach(it => it.Dispose());
+        }
     }
 }

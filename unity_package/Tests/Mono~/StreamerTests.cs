@@ -382,31 +382,87 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Publisher_Message_IsSentAsCdrOnACustomTopic()
+        public void Publisher_Message_WaitsAsCdrForTheLibrary()
         {
-            var publisher = new Ml2Publisher<StringMsg>(_streamer, "operator_note");
+            var publisher = new Ml2Publisher<StringMsg>(_streamer, "operator_note", depth: 2);
+            Assert.IsFalse(publisher.Publish(new StringMsg { data = "lost" }, 41));
+            Show("{'state': 'connected', 'receiver': 'desk'}");
             Assert.IsTrue(publisher.Publish(new StringMsg { data = "aß" }, 42));
-            AssertCalls("open custom/operator_note std_msgs/msg/String", "publish 7 42");
-            Assert.AreEqual(new byte[] { 0, 1, 0, 0, 4, 0, 0, 0, 0x61, 0xc3, 0x9f, 0 }, _bridge.LastPayload);
+            Assert.AreEqual("open custom/operator_note std_msgs/msg/String 2", _bridge.Calls[0]);
+            Assert.AreEqual(new byte[] { 0, 1, 0, 0, 4, 0, 0, 0, 0x61, 0xc3, 0x9f, 0 }, _bridge.Outboxes[0].Take(out long nanos));
+            Assert.AreEqual(42, nanos);
+            for (int i = 1; i <= 3; i++) Assert.IsTrue(publisher.Publish(new StringMsg { data = "" + i }, i));
+            Assert.AreEqual((byte)'2', _bridge.Outboxes[0].Take()[8]);
+            Assert.AreEqual((byte)'3', _bridge.Outboxes[0].Take()[8]);
+            Assert.IsNull(_bridge.Outboxes[0].Take());
+            Assert.AreEqual(1, _bridge.Outboxes[0].LeftOut);
+            Assert.AreEqual("no such type", publisher.Refusal);
         }
 
         [Test]
-        public void Publisher_MessageWithHeader_IsStampedInRosTimeOrNotSent()
+        public void Publisher_KindsOfTopics_AreOpenedAsSuch()
         {
-            var publisher = new Ml2Publisher<TemperatureMsg>(_streamer, "battery_temperature");
-            var message = new TemperatureMsg();
-            Assert.IsFalse(publisher.Publish(message, 42));
-            _bridge.OffsetNanos = 1700000000L * 1000000000;
-            Assert.IsTrue(publisher.Publish(message, 42));
-            Assert.AreEqual(1700000000, message.header.stamp.sec);
-            Assert.AreEqual(42, message.header.stamp.nanosec);
-            AssertCalls("open custom/battery_temperature sensor_msgs/msg/Temperature", "publish 7 42");
+            new Ml2Publisher<TemperatureMsg>(_streamer, "/Lab/temp_1", latched: true).ToString();
+            new Ml2Publisher<PointCloud2Msg>(_streamer, "cloud", large: true).ToString();
+            AssertCalls(
+                "open /Lab/temp_1 sensor_msgs/msg/Temperature latched stamped 10",
+                "open custom/cloud sensor_msgs/msg/PointCloud2 large stamped 10");
+        }
+
+        [Test]
+        public void Publisher_MessageOfMoreThanItsTopicHas_Throws()
+        {
+            var cloud = new PointCloud2Msg { data = new byte[1 << 16] };
+            var small = new Ml2Publisher<PointCloud2Msg>(_streamer, "small");
+            var large = new Ml2Publisher<PointCloud2Msg>(_streamer, "large", large: true);
+            Show("{'state': 'connected', 'receiver': 'desk'}");
+            StringAssert.Contains("at most 65536 bytes", Assert.Throws<System.ArgumentException>(() => small.Publish(cloud, 1)).Message);
+            Assert.IsTrue(large.Publish(cloud, 1));
+            Assert.AreEqual(cloud.data.Length + 49, _bridge.Outboxes[1].Take().Length);
+            cloud.data = new byte[1 << 24];
+            Assert.Throws<System.ArgumentException>(() => large.Publish(cloud, 1));
+        }
+
+        /// <summary>1 kHz of small messages and 30 Hz of 1 MB, at 60 frames per second.</summary>
+        [Test]
+        public void Publisher_SmallAndLargeMessages_MakesNoGarbageAndLosesNothing()
+        {
+            var small = new Ml2Publisher<TwistStampedMsg>(_streamer, "small", depth: 20);
+            var large = new Ml2Publisher<PointCloud2Msg>(_streamer, "large", large: true, depth: 1);
+            Show("{'state': 'connected', 'receiver': 'desk'}");
+            var twist = new TwistStampedMsg();
+            twist.header.frame_id = "a frame's name, which others share";
+            var cloud = new PointCloud2Msg { data = new byte[1 << 20] };
+            int calls = _bridge.Calls.Count, sent = 0, taken = 0;
+            long allocated = 0, ticks = 0;
+            for (int frame = 0; frame < 120; frame++)
+            {
+                long before = System.GC.GetAllocatedBytesForCurrentThread(), started = System.Diagnostics.Stopwatch.GetTimestamp();
+                for (int i = 0; i < 17; i++) sent += small.Publish(twist, frame) ? 1 : 0;
+                if (frame % 2 == 0) sent += large.Publish(cloud, frame) ? 1 : 0;
+                if (frame >= 10)
+                {
+                    ticks += System.Diagnostics.Stopwatch.GetTimestamp() - started;
+                    allocated += System.GC.GetAllocatedBytesForCurrentThread() - before;
+                }
+                foreach (NativeInbox outbox in _bridge.Outboxes)
+                    while (outbox.Take() != null) taken++;
+            }
+            System.Console.WriteLine($"{1e3 * ticks / System.Diagnostics.Stopwatch.Frequency / 110:0.000} ms in each frame");
+            Assert.AreEqual(0, allocated);
+            Assert.AreEqual(120 * 17 + 60, sent);
+            Assert.AreEqual(sent, taken);
+            Assert.AreEqual(calls, _bridge.Calls.Count);
         }
 
         [TestCase("")]
         [TestCase("1st")]
         [TestCase("a/b")]
         [TestCase("Note")]
+        [TestCase("/")]
+        [TestCase("/a//b")]
+        [TestCase("/a_")]
+        [TestCase("/1")]
         public void Publisher_InvalidName_Throws(string name)
         {
             Assert.Throws<System.ArgumentException>(() => new Ml2Publisher<StringMsg>(_streamer, name).ToString());

@@ -125,7 +125,7 @@ class Row {
     this.#ask({ set: this.#section, to: values });
   }
 
-  // What is in force goes before what was asked for, but not before what is being typed.
+  // Shows the values in force, except in a field that has the focus.
   #render() {
     for (const it of [this.#enabled, this.#mode, this.#format, this.#quality, this.#link]) it.disabled = !this.#values;
     if (this.#asked || !this.#values) return;

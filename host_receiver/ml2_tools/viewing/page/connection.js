@@ -29,7 +29,7 @@ export function connect(handlers) {
         const name = await take(event.data);
         if (name !== null && own === socket) send({ seen: name });
       } catch (error) {
-        // What is not acknowledged would not come again.
+        // The server sends nothing more by this name without an acknowledgement.
         console.error(error);
         own.close(PAGE_FAILED, "this page failed");
       }

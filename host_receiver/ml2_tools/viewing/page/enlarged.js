@@ -32,7 +32,7 @@ export class Enlarged {
   // An image of an earlier time has no values.
   #isStill = false;
 
-  // What this view asks the server for; null while it is closed.
+  // The data that this view asks the server for; null while it is closed.
   get wanted() {
     if (!this.#stream) return null;
     return document.hidden ? [] : [`full ${this.#stream}`];

@@ -1,4 +1,4 @@
-// The facts about the headset at the top of the page, and under them warnings, lost messages, subscriptions and the log.
+// The facts about the headset at the top of the page, and under them warnings, lost messages, what the app uses of ROS, and the log.
 import { element, setText } from "./elements.js";
 import { timeOfDay } from "./timeline.js";
 
@@ -9,11 +9,12 @@ export class Facts {
   #warnings = document.getElementById("warnings");
   #losses = document.getElementById("losses");
   #subscriptions = document.getElementById("subscriptions");
+  #calls = document.getElementById("calls");
   #shown = "";
 
-  show({ facts, warnings, losses, subscriptions }) {
+  show({ facts, warnings, losses, subscriptions, calls }) {
     // Elements that stay keep the reader's selection and place.
-    const now = JSON.stringify([facts, warnings, losses, subscriptions]);
+    const now = JSON.stringify([facts, warnings, losses, subscriptions, calls]);
     if (now === this.#shown) return;
     this.#shown = now;
     this.#facts.replaceChildren(
@@ -29,6 +30,7 @@ export class Facts {
     );
     this.#showLosses(losses);
     this.#showSubscriptions(subscriptions);
+    this.#showCalls(calls);
   }
 
   #showLosses(losses) {
@@ -48,6 +50,13 @@ export class Facts {
     setText(this.#subscriptions.querySelector("summary"), words);
     fill(this.#subscriptions, subscriptions.map((it) => [it.topic, it.type, it.sent, it.superseded, it.lost]));
   }
+
+  #showCalls(calls) {
+    this.#calls.hidden = !calls.length;
+    const words = `the app calls or offers ${counted(calls.length, "service")}`;
+    setText(this.#calls.querySelector("summary"), words);
+    fill(this.#calls, calls.map((it) => [it.service, it.by, it.type, it.requests, it.responses, it.failures]));
+  }
 }
 
 function fill(details, rows) {
@@ -59,7 +68,7 @@ function counted(count, noun) {
   return `${count} ${noun}${count === 1 ? "" : "s"}`;
 }
 
-// What app, headset and receiver say in the topic `log`, the newest first.
+// Shows what app, headset and receiver say in the topic `log`, the newest first.
 export class Log {
   #details = document.getElementById("log");
 

@@ -93,7 +93,7 @@ export class History {
       this.#isPlaying = false;
       this.#atMs = this.#pausedMs - KEPT_MS + request.seek * 1000;
     }
-    // Who plays at the end wants the present.
+    // Playing at the end means following the present.
     if (this.isPaused && this.#isPlaying && this.#atMs >= this.#pausedMs) this.#resume();
     else this.#look();
     queueMicrotask(() => {

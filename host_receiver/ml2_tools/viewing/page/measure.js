@@ -29,7 +29,7 @@ export class Measure {
     canvas.addEventListener("pointerdown", ({ offsetX, offsetY }) => (this.#pressed = [offsetX, offsetY]));
     canvas.addEventListener("pointerup", ({ offsetX, offsetY }) => {
       if (!this.isOn || !this.#pressed) return;
-      // Who drags wants to turn the view.
+      // Dragging turns the view; only a click chooses a point.
       if (Math.hypot(offsetX - this.#pressed[0], offsetY - this.#pressed[1]) > MOST_DRAG_PX) return;
       choose((offsetX / canvas.clientWidth) * 2 - 1, 1 - (offsetY / canvas.clientHeight) * 2);
     });

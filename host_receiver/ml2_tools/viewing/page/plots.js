@@ -48,7 +48,7 @@ export class Plots {
     this.#timer = setInterval(() => this.#draw(), REDRAW_MS);
   }
 
-  // What these plots ask the server for.
+  // The data that these plots ask the server for.
   get wanted() {
     return this.picked.filter((it) => it.split(" ")[0] in this.#topics);
   }

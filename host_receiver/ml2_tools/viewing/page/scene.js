@@ -47,7 +47,7 @@ export class SceneView {
     this.#controls = new OrbitControls(this.#camera, this.#canvas);
     this.#controls.listenToKeyEvents(this.#canvas);
     this.#controls.addEventListener("change", () => this.#draw());
-    // Who drags or presses an arrow key wants to look around.
+    // Dragging or pressing an arrow key means looking around.
     this.#controls.addEventListener("start", () => this.#view === "follow" && this.#choose("orbit"));
     this.#canvas.addEventListener("keydown", (event) => {
       if (event.key.startsWith("Arrow") && this.#view === "follow") this.#choose("orbit");
@@ -71,7 +71,7 @@ export class SceneView {
     document.addEventListener("visibilitychange", () => this.#changed());
   }
 
-  // What this view asks the server for.
+  // The data that this view asks the server for.
   get wanted() {
     return this.#renderer && this.#isOn && this.#isInView && !document.hidden ? ["scene", "cloud"] : [];
   }
@@ -89,7 +89,7 @@ export class SceneView {
     this.#draw();
   }
 
-  // What comes next may be of another time.
+  // Called when the time jumps.
   forgetTrail() {
     this.#objects.forgetTrail();
   }

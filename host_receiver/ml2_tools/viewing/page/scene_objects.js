@@ -1,4 +1,4 @@
-// What is in the 3D view, in metres in the world frame: x forward, y left, z up.
+// The objects of the 3D view, in metres in the world frame: x forward, y left, z up.
 import { Frustum } from "./frustum.js";
 import { label, Places } from "./shapes.js";
 import {
@@ -71,7 +71,7 @@ export class SceneObjects {
     this.#grid.material.color.set(grid);
   }
 
-  show({ head, gaze, hands, cameras, frames }, trail) {
+  show({ head, gaze, hands, cameras, frames, markers }, trail) {
     this.#showHead(head, trail);
     this.#gaze.set(gaze ? [gaze.slice(12, 15), ahead(gaze, GAZE_M)] : []);
     for (const [name, hand] of this.#hands) hand.show(hands[name] ?? []);
@@ -81,6 +81,7 @@ export class SceneObjects {
       this.#cameras.get(stream).show(pose, corners);
     }
     this.#showFrames(frames);
+    this.#showMarkers(markers);
   }
 
   // `colours` has red, green and blue of each point; without them, they are by height.
@@ -127,6 +128,18 @@ export class SceneObjects {
         this.#space.add(object);
       }
       this.#frames.get(name).object.matrix.fromArray(pose);
+    }
+  }
+
+  // `markers` has the sides of those that are seen, by their frames.
+  #showMarkers(markers) {
+    for (const [name, it] of this.#frames) {
+      if (name in markers && !it.square) {
+        it.square = new Places(Line, new LineBasicMaterial({ color: it.colour }), 5);
+        it.object.add(it.square.object);
+      }
+      const half = (markers[name] ?? 0) / 2;
+      it.square?.set([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0], [-half, half, 0]]);
     }
   }
 

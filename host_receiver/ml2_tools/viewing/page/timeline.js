@@ -34,7 +34,7 @@ export class TimeLine {
     this.#slider.oninput = () => {
       const atS = Math.min(Number(this.#slider.value), recording.length_s);
       this.#isMoved = true;
-      // What is drawn until the server tells its own.
+      // This position is drawn until the server sends its own.
       this.#position = { ...this.#position, at_s: atS };
       this.#sinceMs = performance.now();
       this.#tell(atS);

@@ -11,11 +11,12 @@ import struct
 import threading
 from collections.abc import Callable
 from importlib import import_module
+from typing import Any
 
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 
 
 class TcpServer(Node):
@@ -43,15 +44,28 @@ class TcpServer(Node):
                 destination, payload = _block(stream.read).decode(), _block(stream.read)
                 if destination == "__publish":
                     self._register(**json.loads(payload[:-1].decode()))
+                elif destination == "__subscribe":
+                    self._subscribe(connection, **json.loads(payload[:-1].decode()))
                 else:
                     message, publisher = self._topics[destination]
                     publisher.publish(deserialize_message(payload, message))
 
+    def _subscribe(self, connection: socket.socket, topic: str, message_name: str) -> None:
+        def send(message: object) -> None:
+            parts = topic.encode(), serialize_message(message)
+            connection.sendall(b"".join(struct.pack("<I", len(it)) + it for it in parts))
+
+        self.create_subscription(_message(message_name), topic, send, 10)
+
     def _register(self, topic: str, message_name: str, queue_size: int, latch: bool) -> None:
-        package, name = message_name.split("/")
-        message = getattr(import_module(f"{package}.msg"), name)
+        message = _message(message_name)
         assert not latch
         self._topics[topic] = message, self.create_publisher(message, topic, queue_size)
+
+
+def _message(name: str) -> Any:
+    package, _, name = name.partition("/")
+    return getattr(import_module(f"{package}.msg"), name)
 
 
 def _block(read: Callable[[int], bytes]) -> bytes:

@@ -3,23 +3,187 @@
 
 namespace Ml2Sensors.Messages
 {
-    /// <summary>builtin_interfaces/msg/Time of ROS 2 Jazzy.</summary>
-    public sealed class TimeMsg : IMessage
+    /// <summary>builtin_interfaces/msg/Time of ROS 2.</summary>
+    public sealed class TimeMsg : IReadable
     {
         public int sec;
         public uint nanosec;
 
         public string RosType => "builtin_interfaces/msg/Time";
 
+        public string RosHash => "RIHS01_b106235e25a4c5ed35098aa0a61a3ee9c9b18d197f398b0e4206cea9acf9c197";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(sec);
             cdr.Write(nanosec);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref sec, "sec");
+            cdr.Read(ref nanosec, "nanosec");
+        }
     }
 
-    /// <summary>geometry_msgs/msg/Point of ROS 2 Jazzy.</summary>
-    public sealed class PointMsg : IMessage
+    /// <summary>diagnostic_msgs/msg/DiagnosticArray of ROS 2.</summary>
+    public sealed class DiagnosticArrayMsg : IReadable, IStamped
+    {
+        public HeaderMsg header = new HeaderMsg();
+        public DiagnosticStatusMsg[] status = new DiagnosticStatusMsg[0];
+
+        public HeaderMsg Header => header;
+
+        public string RosType => "diagnostic_msgs/msg/DiagnosticArray";
+
+        public string RosHash => "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.WriteMessage(header);
+            cdr.WriteSequence(status);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadSequence(ref status, "status", 20);
+        }
+    }
+
+    /// <summary>diagnostic_msgs/msg/DiagnosticStatus of ROS 2.</summary>
+    public sealed class DiagnosticStatusMsg : IReadable
+    {
+        public const byte OK = 0;
+        public const byte WARN = 1;
+        public const byte ERROR = 2;
+        public const byte STALE = 3;
+        public byte level;
+        public string name = "";
+        public string message = "";
+        public string hardware_id = "";
+        public KeyValueMsg[] values = new KeyValueMsg[0];
+
+        public string RosType => "diagnostic_msgs/msg/DiagnosticStatus";
+
+        public string RosHash => "RIHS01_b0e3e692ea2d54a8af2f4ef1930e81556a2db55216b771f8a7d2724ed47bf0e4";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.Write(level);
+            cdr.Write(name);
+            cdr.Write(message);
+            cdr.Write(hardware_id);
+            cdr.WriteSequence(values);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref level, "level");
+            cdr.Read(ref name, "name");
+            cdr.Read(ref message, "message");
+            cdr.Read(ref hardware_id, "hardware_id");
+            cdr.ReadSequence(ref values, "values", 10);
+        }
+    }
+
+    /// <summary>diagnostic_msgs/msg/KeyValue of ROS 2.</summary>
+    public sealed class KeyValueMsg : IReadable
+    {
+        public string key = "";
+        public string value = "";
+
+        public string RosType => "diagnostic_msgs/msg/KeyValue";
+
+        public string RosHash => "RIHS01_d68081eaa540288c5440753baecef0c4e16e81a5f78ad68902ded5100413bb42";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.Write(key);
+            cdr.Write(value);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref key, "key");
+            cdr.Read(ref value, "value");
+        }
+    }
+
+    /// <summary>ffmpeg_image_transport_msgs/msg/FFMPEGPacket of ROS 2.</summary>
+    public sealed class FFMPEGPacketMsg : IReadable, IStamped
+    {
+        public HeaderMsg header = new HeaderMsg();
+        public int width;
+        public int height;
+        public string encoding = "";
+        public ulong pts;
+        public byte flags;
+        public bool is_bigendian;
+        public byte[] data = new byte[0];
+
+        public HeaderMsg Header => header;
+
+        public string RosType => "ffmpeg_image_transport_msgs/msg/FFMPEGPacket";
+
+        public string RosHash => "RIHS01_648d84e0d33cbf76daf54b094d8f06154b8a24800a19c14371754df799fbaf79";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.WriteMessage(header);
+            cdr.Write(width);
+            cdr.Write(height);
+            cdr.Write(encoding);
+            cdr.Write(pts);
+            cdr.Write(flags);
+            cdr.Write(is_bigendian);
+            cdr.Write(data);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref width, "width");
+            cdr.Read(ref height, "height");
+            cdr.Read(ref encoding, "encoding");
+            cdr.Read(ref pts, "pts");
+            cdr.Read(ref flags, "flags");
+            cdr.Read(ref is_bigendian, "is_bigendian");
+            cdr.Read(ref data, "data");
+        }
+    }
+
+    /// <summary>foxglove_msgs/msg/CompressedVideo of ROS 2.</summary>
+    public sealed class CompressedVideoMsg : IReadable
+    {
+        public TimeMsg timestamp = new TimeMsg();
+        public string frame_id = "";
+        public byte[] data = new byte[0];
+        public string format = "";
+
+        public string RosType => "foxglove_msgs/msg/CompressedVideo";
+
+        public string RosHash => "RIHS01_32039eafc3770e589c86c4dabff9c392ce9955ebffd43f5f60763011d43d8d1d";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.WriteMessage(timestamp);
+            cdr.Write(frame_id);
+            cdr.Write(data);
+            cdr.Write(format);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref timestamp, "timestamp");
+            cdr.Read(ref frame_id, "frame_id");
+            cdr.Read(ref data, "data");
+            cdr.Read(ref format, "format");
+        }
+    }
+
+    /// <summary>geometry_msgs/msg/Point of ROS 2.</summary>
+    public sealed class PointMsg : IReadable
     {
         public double x;
         public double y;
@@ -27,16 +191,25 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/Point";
 
+        public string RosHash => "RIHS01_6963084842a9b04494d6b2941d11444708d892da2f4b09843b9c43f42a7f6881";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(x);
             cdr.Write(y);
             cdr.Write(z);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref x, "x");
+            cdr.Read(ref y, "y");
+            cdr.Read(ref z, "z");
+        }
     }
 
-    /// <summary>geometry_msgs/msg/PointStamped of ROS 2 Jazzy.</summary>
-    public sealed class PointStampedMsg : IMessage, IStamped
+    /// <summary>geometry_msgs/msg/PointStamped of ROS 2.</summary>
+    public sealed class PointStampedMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PointMsg point = new PointMsg();
@@ -45,30 +218,46 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/PointStamped";
 
+        public string RosHash => "RIHS01_4c0296af86e01e562e9e0405d138a01537247580076c58ea38d7923ac1045897";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            point.Write(cdr);
+            cdr.WriteMessage(header);
+            cdr.WriteMessage(point);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadMessage(ref point, "point");
         }
     }
 
-    /// <summary>geometry_msgs/msg/Pose of ROS 2 Jazzy.</summary>
-    public sealed class PoseMsg : IMessage
+    /// <summary>geometry_msgs/msg/Pose of ROS 2.</summary>
+    public sealed class PoseMsg : IReadable
     {
         public PointMsg position = new PointMsg();
         public QuaternionMsg orientation = new QuaternionMsg();
 
         public string RosType => "geometry_msgs/msg/Pose";
 
+        public string RosHash => "RIHS01_d501954e9476cea2996984e812054b68026ae0bfae789d9a10b23daf35cc90fa";
+
         public void Write(CdrWriter cdr)
         {
-            position.Write(cdr);
-            orientation.Write(cdr);
+            cdr.WriteMessage(position);
+            cdr.WriteMessage(orientation);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref position, "position");
+            cdr.ReadMessage(ref orientation, "orientation");
         }
     }
 
-    /// <summary>geometry_msgs/msg/PoseArray of ROS 2 Jazzy.</summary>
-    public sealed class PoseArrayMsg : IMessage, IStamped
+    /// <summary>geometry_msgs/msg/PoseArray of ROS 2.</summary>
+    public sealed class PoseArrayMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PoseMsg[] poses = new PoseMsg[0];
@@ -77,15 +266,23 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/PoseArray";
 
+        public string RosHash => "RIHS01_af0cc36d190e104d546d168d6b39df04fa4b4ccecf59cb4c9ed328d3d5004aa0";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.WriteSequence(poses);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadSequence(ref poses, "poses", 56);
         }
     }
 
-    /// <summary>geometry_msgs/msg/PoseStamped of ROS 2 Jazzy.</summary>
-    public sealed class PoseStampedMsg : IMessage, IStamped
+    /// <summary>geometry_msgs/msg/PoseStamped of ROS 2.</summary>
+    public sealed class PoseStampedMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PoseMsg pose = new PoseMsg();
@@ -94,30 +291,46 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/PoseStamped";
 
+        public string RosHash => "RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            pose.Write(cdr);
+            cdr.WriteMessage(header);
+            cdr.WriteMessage(pose);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadMessage(ref pose, "pose");
         }
     }
 
-    /// <summary>geometry_msgs/msg/PoseWithCovariance of ROS 2 Jazzy.</summary>
-    public sealed class PoseWithCovarianceMsg : IMessage
+    /// <summary>geometry_msgs/msg/PoseWithCovariance of ROS 2.</summary>
+    public sealed class PoseWithCovarianceMsg : IReadable
     {
         public PoseMsg pose = new PoseMsg();
         public double[] covariance = new double[36];
 
         public string RosType => "geometry_msgs/msg/PoseWithCovariance";
 
+        public string RosHash => "RIHS01_9a7c0fd234b7f45c6098745ecccd773ca1085670e64107135397aee31c02e1bb";
+
         public void Write(CdrWriter cdr)
         {
-            pose.Write(cdr);
+            cdr.WriteMessage(pose);
             cdr.WriteFixed(covariance, 36);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref pose, "pose");
+            cdr.ReadFixed(ref covariance, "covariance", 36);
         }
     }
 
-    /// <summary>geometry_msgs/msg/PoseWithCovarianceStamped of ROS 2 Jazzy.</summary>
-    public sealed class PoseWithCovarianceStampedMsg : IMessage, IStamped
+    /// <summary>geometry_msgs/msg/PoseWithCovarianceStamped of ROS 2.</summary>
+    public sealed class PoseWithCovarianceStampedMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PoseWithCovarianceMsg pose = new PoseWithCovarianceMsg();
@@ -126,22 +339,32 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/PoseWithCovarianceStamped";
 
+        public string RosHash => "RIHS01_26432f9803e43727d3c8f668d1fdb3c630f548af631e2f4e31382371bfea3b6e";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            pose.Write(cdr);
+            cdr.WriteMessage(header);
+            cdr.WriteMessage(pose);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadMessage(ref pose, "pose");
         }
     }
 
-    /// <summary>geometry_msgs/msg/Quaternion of ROS 2 Jazzy.</summary>
-    public sealed class QuaternionMsg : IMessage
+    /// <summary>geometry_msgs/msg/Quaternion of ROS 2.</summary>
+    public sealed class QuaternionMsg : IReadable
     {
-        public double x;
-        public double y;
-        public double z;
-        public double w;
+        public double x = 0.0;
+        public double y = 0.0;
+        public double z = 0.0;
+        public double w = 1.0;
 
         public string RosType => "geometry_msgs/msg/Quaternion";
+
+        public string RosHash => "RIHS01_8a765f66778c8ff7c8ab94afcc590a2ed5325a1d9a076ffff38fbce36f458684";
 
         public void Write(CdrWriter cdr)
         {
@@ -150,25 +373,41 @@ namespace Ml2Sensors.Messages
             cdr.Write(z);
             cdr.Write(w);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref x, "x");
+            cdr.Read(ref y, "y");
+            cdr.Read(ref z, "z");
+            cdr.Read(ref w, "w");
+        }
     }
 
-    /// <summary>geometry_msgs/msg/Transform of ROS 2 Jazzy.</summary>
-    public sealed class TransformMsg : IMessage
+    /// <summary>geometry_msgs/msg/Transform of ROS 2.</summary>
+    public sealed class TransformMsg : IReadable
     {
         public Vector3Msg translation = new Vector3Msg();
         public QuaternionMsg rotation = new QuaternionMsg();
 
         public string RosType => "geometry_msgs/msg/Transform";
 
+        public string RosHash => "RIHS01_beb83fbe698636351461f6f35d1abb20010c43d55374d81bd041f1ba2581fddc";
+
         public void Write(CdrWriter cdr)
         {
-            translation.Write(cdr);
-            rotation.Write(cdr);
+            cdr.WriteMessage(translation);
+            cdr.WriteMessage(rotation);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref translation, "translation");
+            cdr.ReadMessage(ref rotation, "rotation");
         }
     }
 
-    /// <summary>geometry_msgs/msg/TransformStamped of ROS 2 Jazzy.</summary>
-    public sealed class TransformStampedMsg : IMessage, IStamped
+    /// <summary>geometry_msgs/msg/TransformStamped of ROS 2.</summary>
+    public sealed class TransformStampedMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public string child_frame_id = "";
@@ -178,31 +417,48 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/TransformStamped";
 
+        public string RosHash => "RIHS01_0a241f87d04668d94099cbb5ba11691d5ad32c2f29682e4eb5653424bd275206";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(child_frame_id);
-            transform.Write(cdr);
+            cdr.WriteMessage(transform);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref child_frame_id, "child_frame_id");
+            cdr.ReadMessage(ref transform, "transform");
         }
     }
 
-    /// <summary>geometry_msgs/msg/Twist of ROS 2 Jazzy.</summary>
-    public sealed class TwistMsg : IMessage
+    /// <summary>geometry_msgs/msg/Twist of ROS 2.</summary>
+    public sealed class TwistMsg : IReadable
     {
         public Vector3Msg linear = new Vector3Msg();
         public Vector3Msg angular = new Vector3Msg();
 
         public string RosType => "geometry_msgs/msg/Twist";
 
+        public string RosHash => "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a";
+
         public void Write(CdrWriter cdr)
         {
-            linear.Write(cdr);
-            angular.Write(cdr);
+            cdr.WriteMessage(linear);
+            cdr.WriteMessage(angular);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref linear, "linear");
+            cdr.ReadMessage(ref angular, "angular");
         }
     }
 
-    /// <summary>geometry_msgs/msg/TwistStamped of ROS 2 Jazzy.</summary>
-    public sealed class TwistStampedMsg : IMessage, IStamped
+    /// <summary>geometry_msgs/msg/TwistStamped of ROS 2.</summary>
+    public sealed class TwistStampedMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public TwistMsg twist = new TwistMsg();
@@ -211,30 +467,46 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/TwistStamped";
 
+        public string RosHash => "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            twist.Write(cdr);
+            cdr.WriteMessage(header);
+            cdr.WriteMessage(twist);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadMessage(ref twist, "twist");
         }
     }
 
-    /// <summary>geometry_msgs/msg/TwistWithCovariance of ROS 2 Jazzy.</summary>
-    public sealed class TwistWithCovarianceMsg : IMessage
+    /// <summary>geometry_msgs/msg/TwistWithCovariance of ROS 2.</summary>
+    public sealed class TwistWithCovarianceMsg : IReadable
     {
         public TwistMsg twist = new TwistMsg();
         public double[] covariance = new double[36];
 
         public string RosType => "geometry_msgs/msg/TwistWithCovariance";
 
+        public string RosHash => "RIHS01_49f574f033f095d8b6cd1beaca5ca7925e296e84af1716d16c89d38b059c8c18";
+
         public void Write(CdrWriter cdr)
         {
-            twist.Write(cdr);
+            cdr.WriteMessage(twist);
             cdr.WriteFixed(covariance, 36);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref twist, "twist");
+            cdr.ReadFixed(ref covariance, "covariance", 36);
         }
     }
 
-    /// <summary>geometry_msgs/msg/Vector3 of ROS 2 Jazzy.</summary>
-    public sealed class Vector3Msg : IMessage
+    /// <summary>geometry_msgs/msg/Vector3 of ROS 2.</summary>
+    public sealed class Vector3Msg : IReadable
     {
         public double x;
         public double y;
@@ -242,16 +514,25 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/Vector3";
 
+        public string RosHash => "RIHS01_cc12fe83e4c02719f1ce8070bfd14aecd40f75a96696a67a2a1f37f7dbb0765d";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(x);
             cdr.Write(y);
             cdr.Write(z);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref x, "x");
+            cdr.Read(ref y, "y");
+            cdr.Read(ref z, "z");
+        }
     }
 
-    /// <summary>geometry_msgs/msg/Vector3Stamped of ROS 2 Jazzy.</summary>
-    public sealed class Vector3StampedMsg : IMessage, IStamped
+    /// <summary>geometry_msgs/msg/Vector3Stamped of ROS 2.</summary>
+    public sealed class Vector3StampedMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public Vector3Msg vector = new Vector3Msg();
@@ -260,30 +541,46 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/Vector3Stamped";
 
+        public string RosHash => "RIHS01_d4829622288cbb443886e7ea94ea5671a3b1be6bab4ad04224432a65f7d7887a";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            vector.Write(cdr);
+            cdr.WriteMessage(header);
+            cdr.WriteMessage(vector);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadMessage(ref vector, "vector");
         }
     }
 
-    /// <summary>geometry_msgs/msg/Wrench of ROS 2 Jazzy.</summary>
-    public sealed class WrenchMsg : IMessage
+    /// <summary>geometry_msgs/msg/Wrench of ROS 2.</summary>
+    public sealed class WrenchMsg : IReadable
     {
         public Vector3Msg force = new Vector3Msg();
         public Vector3Msg torque = new Vector3Msg();
 
         public string RosType => "geometry_msgs/msg/Wrench";
 
+        public string RosHash => "RIHS01_018e8519d57c16adbe97c9fe1460ef21fec7e31bc541de3d653a35895677ce52";
+
         public void Write(CdrWriter cdr)
         {
-            force.Write(cdr);
-            torque.Write(cdr);
+            cdr.WriteMessage(force);
+            cdr.WriteMessage(torque);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref force, "force");
+            cdr.ReadMessage(ref torque, "torque");
         }
     }
 
-    /// <summary>geometry_msgs/msg/WrenchStamped of ROS 2 Jazzy.</summary>
-    public sealed class WrenchStampedMsg : IMessage, IStamped
+    /// <summary>geometry_msgs/msg/WrenchStamped of ROS 2.</summary>
+    public sealed class WrenchStampedMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public WrenchMsg wrench = new WrenchMsg();
@@ -292,15 +589,23 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "geometry_msgs/msg/WrenchStamped";
 
+        public string RosHash => "RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            wrench.Write(cdr);
+            cdr.WriteMessage(header);
+            cdr.WriteMessage(wrench);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadMessage(ref wrench, "wrench");
         }
     }
 
-    /// <summary>nav_msgs/msg/Odometry of ROS 2 Jazzy.</summary>
-    public sealed class OdometryMsg : IMessage, IStamped
+    /// <summary>nav_msgs/msg/Odometry of ROS 2.</summary>
+    public sealed class OdometryMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public string child_frame_id = "";
@@ -311,17 +616,27 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "nav_msgs/msg/Odometry";
 
+        public string RosHash => "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(child_frame_id);
-            pose.Write(cdr);
-            twist.Write(cdr);
+            cdr.WriteMessage(pose);
+            cdr.WriteMessage(twist);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref child_frame_id, "child_frame_id");
+            cdr.ReadMessage(ref pose, "pose");
+            cdr.ReadMessage(ref twist, "twist");
         }
     }
 
-    /// <summary>nav_msgs/msg/Path of ROS 2 Jazzy.</summary>
-    public sealed class PathMsg : IMessage, IStamped
+    /// <summary>nav_msgs/msg/Path of ROS 2.</summary>
+    public sealed class PathMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PoseStampedMsg[] poses = new PoseStampedMsg[0];
@@ -330,15 +645,23 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "nav_msgs/msg/Path";
 
+        public string RosHash => "RIHS01_1957a5bb3cee5da65c4e52e52b65a93df227efce4c20f8458b36e73066ca334b";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.WriteSequence(poses);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadSequence(ref poses, "poses", 69);
         }
     }
 
-    /// <summary>sensor_msgs/msg/BatteryState of ROS 2 Jazzy.</summary>
-    public sealed class BatteryStateMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/BatteryState of ROS 2.</summary>
+    public sealed class BatteryStateMsg : IReadable, IStamped
     {
         public const byte POWER_SUPPLY_STATUS_UNKNOWN = 0;
         public const byte POWER_SUPPLY_STATUS_CHARGING = 1;
@@ -384,9 +707,11 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/BatteryState";
 
+        public string RosHash => "RIHS01_4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(voltage);
             cdr.Write(temperature);
             cdr.Write(current);
@@ -403,10 +728,30 @@ namespace Ml2Sensors.Messages
             cdr.Write(location);
             cdr.Write(serial_number);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref voltage, "voltage");
+            cdr.Read(ref temperature, "temperature");
+            cdr.Read(ref current, "current");
+            cdr.Read(ref charge, "charge");
+            cdr.Read(ref capacity, "capacity");
+            cdr.Read(ref design_capacity, "design_capacity");
+            cdr.Read(ref percentage, "percentage");
+            cdr.Read(ref power_supply_status, "power_supply_status");
+            cdr.Read(ref power_supply_health, "power_supply_health");
+            cdr.Read(ref power_supply_technology, "power_supply_technology");
+            cdr.Read(ref present, "present");
+            cdr.Read(ref cell_voltage, "cell_voltage");
+            cdr.Read(ref cell_temperature, "cell_temperature");
+            cdr.Read(ref location, "location");
+            cdr.Read(ref serial_number, "serial_number");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/CameraInfo of ROS 2 Jazzy.</summary>
-    public sealed class CameraInfoMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/CameraInfo of ROS 2.</summary>
+    public sealed class CameraInfoMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public uint height;
@@ -424,9 +769,11 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/CameraInfo";
 
+        public string RosHash => "RIHS01_b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(height);
             cdr.Write(width);
             cdr.Write(distortion_model);
@@ -436,12 +783,27 @@ namespace Ml2Sensors.Messages
             cdr.WriteFixed(p, 12);
             cdr.Write(binning_x);
             cdr.Write(binning_y);
-            roi.Write(cdr);
+            cdr.WriteMessage(roi);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref height, "height");
+            cdr.Read(ref width, "width");
+            cdr.Read(ref distortion_model, "distortion_model");
+            cdr.Read(ref d, "d");
+            cdr.ReadFixed(ref k, "k", 9);
+            cdr.ReadFixed(ref r, "r", 9);
+            cdr.ReadFixed(ref p, "p", 12);
+            cdr.Read(ref binning_x, "binning_x");
+            cdr.Read(ref binning_y, "binning_y");
+            cdr.ReadMessage(ref roi, "roi");
         }
     }
 
-    /// <summary>sensor_msgs/msg/CompressedImage of ROS 2 Jazzy.</summary>
-    public sealed class CompressedImageMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/CompressedImage of ROS 2.</summary>
+    public sealed class CompressedImageMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public string format = "";
@@ -451,16 +813,25 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/CompressedImage";
 
+        public string RosHash => "RIHS01_15640771531571185e2efc8a100baf923961a4d15d5569652e6cb6691e8e371a";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(format);
             cdr.Write(data);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref format, "format");
+            cdr.Read(ref data, "data");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/FluidPressure of ROS 2 Jazzy.</summary>
-    public sealed class FluidPressureMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/FluidPressure of ROS 2.</summary>
+    public sealed class FluidPressureMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public double fluid_pressure;
@@ -470,16 +841,25 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/FluidPressure";
 
+        public string RosHash => "RIHS01_22dfb2b145a0bd5a31a1ac3882a1b32148b51d9b2f3bab250290d66f3595bc32";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(fluid_pressure);
             cdr.Write(variance);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref fluid_pressure, "fluid_pressure");
+            cdr.Read(ref variance, "variance");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/Illuminance of ROS 2 Jazzy.</summary>
-    public sealed class IlluminanceMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/Illuminance of ROS 2.</summary>
+    public sealed class IlluminanceMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public double illuminance;
@@ -489,16 +869,25 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/Illuminance";
 
+        public string RosHash => "RIHS01_b954b25f452fcf81a91c9c2a7e3b3fd85c4c873d452aecb3cfd8fd1da732a22d";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(illuminance);
             cdr.Write(variance);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref illuminance, "illuminance");
+            cdr.Read(ref variance, "variance");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/Image of ROS 2 Jazzy.</summary>
-    public sealed class ImageMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/Image of ROS 2.</summary>
+    public sealed class ImageMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public uint height;
@@ -512,9 +901,11 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/Image";
 
+        public string RosHash => "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(height);
             cdr.Write(width);
             cdr.Write(encoding);
@@ -522,10 +913,21 @@ namespace Ml2Sensors.Messages
             cdr.Write(step);
             cdr.Write(data);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref height, "height");
+            cdr.Read(ref width, "width");
+            cdr.Read(ref encoding, "encoding");
+            cdr.Read(ref is_bigendian, "is_bigendian");
+            cdr.Read(ref step, "step");
+            cdr.Read(ref data, "data");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/Imu of ROS 2 Jazzy.</summary>
-    public sealed class ImuMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/Imu of ROS 2.</summary>
+    public sealed class ImuMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public QuaternionMsg orientation = new QuaternionMsg();
@@ -539,20 +941,33 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/Imu";
 
+        public string RosHash => "RIHS01_7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            orientation.Write(cdr);
+            cdr.WriteMessage(header);
+            cdr.WriteMessage(orientation);
             cdr.WriteFixed(orientation_covariance, 9);
-            angular_velocity.Write(cdr);
+            cdr.WriteMessage(angular_velocity);
             cdr.WriteFixed(angular_velocity_covariance, 9);
-            linear_acceleration.Write(cdr);
+            cdr.WriteMessage(linear_acceleration);
             cdr.WriteFixed(linear_acceleration_covariance, 9);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadMessage(ref orientation, "orientation");
+            cdr.ReadFixed(ref orientation_covariance, "orientation_covariance", 9);
+            cdr.ReadMessage(ref angular_velocity, "angular_velocity");
+            cdr.ReadFixed(ref angular_velocity_covariance, "angular_velocity_covariance", 9);
+            cdr.ReadMessage(ref linear_acceleration, "linear_acceleration");
+            cdr.ReadFixed(ref linear_acceleration_covariance, "linear_acceleration_covariance", 9);
         }
     }
 
-    /// <summary>sensor_msgs/msg/JointState of ROS 2 Jazzy.</summary>
-    public sealed class JointStateMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/JointState of ROS 2.</summary>
+    public sealed class JointStateMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public string[] name = new string[0];
@@ -564,18 +979,29 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/JointState";
 
+        public string RosHash => "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            cdr.Write(name);
+            cdr.WriteMessage(header);
+            cdr.WriteTexts(name);
             cdr.Write(position);
             cdr.Write(velocity);
             cdr.Write(effort);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadTexts(ref name, "name");
+            cdr.Read(ref position, "position");
+            cdr.Read(ref velocity, "velocity");
+            cdr.Read(ref effort, "effort");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/Joy of ROS 2 Jazzy.</summary>
-    public sealed class JoyMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/Joy of ROS 2.</summary>
+    public sealed class JoyMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public float[] axes = new float[0];
@@ -585,16 +1011,25 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/Joy";
 
+        public string RosHash => "RIHS01_0d356c79cad3401e35ffeb75a96a96e08be3ef896b8b83841d73e890989372c5";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(axes);
             cdr.Write(buttons);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref axes, "axes");
+            cdr.Read(ref buttons, "buttons");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/LaserScan of ROS 2 Jazzy.</summary>
-    public sealed class LaserScanMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/LaserScan of ROS 2.</summary>
+    public sealed class LaserScanMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public float angle_min;
@@ -611,9 +1046,11 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/LaserScan";
 
+        public string RosHash => "RIHS01_64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(angle_min);
             cdr.Write(angle_max);
             cdr.Write(angle_increment);
@@ -624,10 +1061,24 @@ namespace Ml2Sensors.Messages
             cdr.Write(ranges);
             cdr.Write(intensities);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref angle_min, "angle_min");
+            cdr.Read(ref angle_max, "angle_max");
+            cdr.Read(ref angle_increment, "angle_increment");
+            cdr.Read(ref time_increment, "time_increment");
+            cdr.Read(ref scan_time, "scan_time");
+            cdr.Read(ref range_min, "range_min");
+            cdr.Read(ref range_max, "range_max");
+            cdr.Read(ref ranges, "ranges");
+            cdr.Read(ref intensities, "intensities");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/MagneticField of ROS 2 Jazzy.</summary>
-    public sealed class MagneticFieldMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/MagneticField of ROS 2.</summary>
+    public sealed class MagneticFieldMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public Vector3Msg magnetic_field = new Vector3Msg();
@@ -637,16 +1088,25 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/MagneticField";
 
+        public string RosHash => "RIHS01_e80f32f56a20486c9923008fc1a1db07bbb273cbbf6a5b3bfa00835ee00e4dff";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            magnetic_field.Write(cdr);
+            cdr.WriteMessage(header);
+            cdr.WriteMessage(magnetic_field);
             cdr.WriteFixed(magnetic_field_covariance, 9);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadMessage(ref magnetic_field, "magnetic_field");
+            cdr.ReadFixed(ref magnetic_field_covariance, "magnetic_field_covariance", 9);
         }
     }
 
-    /// <summary>sensor_msgs/msg/NavSatFix of ROS 2 Jazzy.</summary>
-    public sealed class NavSatFixMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/NavSatFix of ROS 2.</summary>
+    public sealed class NavSatFixMsg : IReadable, IStamped
     {
         public const byte COVARIANCE_TYPE_UNKNOWN = 0;
         public const byte COVARIANCE_TYPE_APPROXIMATED = 1;
@@ -664,20 +1124,33 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/NavSatFix";
 
+        public string RosHash => "RIHS01_62223ab3fe210a15976021da7afddc9e200dc9ec75231c1b6a557fc598a65404";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
-            status.Write(cdr);
+            cdr.WriteMessage(header);
+            cdr.WriteMessage(status);
             cdr.Write(latitude);
             cdr.Write(longitude);
             cdr.Write(altitude);
             cdr.WriteFixed(position_covariance, 9);
             cdr.Write(position_covariance_type);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadMessage(ref status, "status");
+            cdr.Read(ref latitude, "latitude");
+            cdr.Read(ref longitude, "longitude");
+            cdr.Read(ref altitude, "altitude");
+            cdr.ReadFixed(ref position_covariance, "position_covariance", 9);
+            cdr.Read(ref position_covariance_type, "position_covariance_type");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/NavSatStatus of ROS 2 Jazzy.</summary>
-    public sealed class NavSatStatusMsg : IMessage
+    /// <summary>sensor_msgs/msg/NavSatStatus of ROS 2.</summary>
+    public sealed class NavSatStatusMsg : IReadable
     {
         public const sbyte STATUS_UNKNOWN = -2;
         public const sbyte STATUS_NO_FIX = -1;
@@ -689,20 +1162,28 @@ namespace Ml2Sensors.Messages
         public const ushort SERVICE_GLONASS = 2;
         public const ushort SERVICE_COMPASS = 4;
         public const ushort SERVICE_GALILEO = 8;
-        public sbyte status;
+        public sbyte status = -2;
         public ushort service;
 
         public string RosType => "sensor_msgs/msg/NavSatStatus";
+
+        public string RosHash => "RIHS01_d1ed3befa628e09571bd273b888ba1c1fd187c9a5e0006b385d7e5e9095a3204";
 
         public void Write(CdrWriter cdr)
         {
             cdr.Write(status);
             cdr.Write(service);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref status, "status");
+            cdr.Read(ref service, "service");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/PointCloud2 of ROS 2 Jazzy.</summary>
-    public sealed class PointCloud2Msg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/PointCloud2 of ROS 2.</summary>
+    public sealed class PointCloud2Msg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public uint height;
@@ -718,9 +1199,11 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/PointCloud2";
 
+        public string RosHash => "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(height);
             cdr.Write(width);
             cdr.WriteSequence(fields);
@@ -730,10 +1213,23 @@ namespace Ml2Sensors.Messages
             cdr.Write(data);
             cdr.Write(is_dense);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref height, "height");
+            cdr.Read(ref width, "width");
+            cdr.ReadSequence(ref fields, "fields", 14);
+            cdr.Read(ref is_bigendian, "is_bigendian");
+            cdr.Read(ref point_step, "point_step");
+            cdr.Read(ref row_step, "row_step");
+            cdr.Read(ref data, "data");
+            cdr.Read(ref is_dense, "is_dense");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/PointField of ROS 2 Jazzy.</summary>
-    public sealed class PointFieldMsg : IMessage
+    /// <summary>sensor_msgs/msg/PointField of ROS 2.</summary>
+    public sealed class PointFieldMsg : IReadable
     {
         public const byte INT8 = 1;
         public const byte UINT8 = 2;
@@ -750,6 +1246,8 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/PointField";
 
+        public string RosHash => "RIHS01_5c6a4750728c2bcfbbf7037225b20b02d4429634732146b742dee1726637ef01";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(name);
@@ -757,10 +1255,18 @@ namespace Ml2Sensors.Messages
             cdr.Write(datatype);
             cdr.Write(count);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref name, "name");
+            cdr.Read(ref offset, "offset");
+            cdr.Read(ref datatype, "datatype");
+            cdr.Read(ref count, "count");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/Range of ROS 2 Jazzy.</summary>
-    public sealed class RangeMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/Range of ROS 2.</summary>
+    public sealed class RangeMsg : IReadable, IStamped
     {
         public const byte ULTRASOUND = 0;
         public const byte INFRARED = 1;
@@ -776,9 +1282,11 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/Range";
 
+        public string RosHash => "RIHS01_b42b62562e93cbfe9d42b82fe5994dfa3d63d7d5c90a317981703f7388adff3a";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(radiation_type);
             cdr.Write(field_of_view);
             cdr.Write(min_range);
@@ -786,10 +1294,21 @@ namespace Ml2Sensors.Messages
             cdr.Write(range);
             cdr.Write(variance);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref radiation_type, "radiation_type");
+            cdr.Read(ref field_of_view, "field_of_view");
+            cdr.Read(ref min_range, "min_range");
+            cdr.Read(ref max_range, "max_range");
+            cdr.Read(ref range, "range");
+            cdr.Read(ref variance, "variance");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/RegionOfInterest of ROS 2 Jazzy.</summary>
-    public sealed class RegionOfInterestMsg : IMessage
+    /// <summary>sensor_msgs/msg/RegionOfInterest of ROS 2.</summary>
+    public sealed class RegionOfInterestMsg : IReadable
     {
         public uint x_offset;
         public uint y_offset;
@@ -799,6 +1318,8 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/RegionOfInterest";
 
+        public string RosHash => "RIHS01_ad16bcba5f9131dcdba6fbded19f726f5440e3c513b4fb586dd3027eeed8abb1";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(x_offset);
@@ -807,10 +1328,19 @@ namespace Ml2Sensors.Messages
             cdr.Write(width);
             cdr.Write(do_rectify);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref x_offset, "x_offset");
+            cdr.Read(ref y_offset, "y_offset");
+            cdr.Read(ref height, "height");
+            cdr.Read(ref width, "width");
+            cdr.Read(ref do_rectify, "do_rectify");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/RelativeHumidity of ROS 2 Jazzy.</summary>
-    public sealed class RelativeHumidityMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/RelativeHumidity of ROS 2.</summary>
+    public sealed class RelativeHumidityMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public double relative_humidity;
@@ -820,16 +1350,25 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/RelativeHumidity";
 
+        public string RosHash => "RIHS01_8687c99b4fb393cb2e545e407b5ea7fd0b5d8960bcd849a0f86c544740138839";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(relative_humidity);
             cdr.Write(variance);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref relative_humidity, "relative_humidity");
+            cdr.Read(ref variance, "variance");
+        }
     }
 
-    /// <summary>sensor_msgs/msg/Temperature of ROS 2 Jazzy.</summary>
-    public sealed class TemperatureMsg : IMessage, IStamped
+    /// <summary>sensor_msgs/msg/Temperature of ROS 2.</summary>
+    public sealed class TemperatureMsg : IReadable, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public double temperature;
@@ -839,130 +1378,410 @@ namespace Ml2Sensors.Messages
 
         public string RosType => "sensor_msgs/msg/Temperature";
 
+        public string RosHash => "RIHS01_72514a14126ab9f8a9abec974c78e5610a367b59db5da355ff1fb982d5bad4b8";
+
         public void Write(CdrWriter cdr)
         {
-            header.Write(cdr);
+            cdr.WriteMessage(header);
             cdr.Write(temperature);
             cdr.Write(variance);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.Read(ref temperature, "temperature");
+            cdr.Read(ref variance, "variance");
+        }
     }
 
-    /// <summary>std_msgs/msg/Bool of ROS 2 Jazzy.</summary>
-    public sealed class BoolMsg : IMessage
+    /// <summary>std_msgs/msg/Bool of ROS 2.</summary>
+    public sealed class BoolMsg : IReadable
     {
         public bool data;
 
         public string RosType => "std_msgs/msg/Bool";
 
+        public string RosHash => "RIHS01_feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(data);
         }
-    }
 
-    /// <summary>std_msgs/msg/Empty of ROS 2 Jazzy.</summary>
-    public sealed class EmptyMsg : IMessage
-    {
-        public byte structure_needs_at_least_one_member;
-
-        public string RosType => "std_msgs/msg/Empty";
-
-        public void Write(CdrWriter cdr)
+        public void Read(CdrReader cdr)
         {
-            cdr.Write(structure_needs_at_least_one_member);
+            cdr.Read(ref data, "data");
         }
     }
 
-    /// <summary>std_msgs/msg/Float32 of ROS 2 Jazzy.</summary>
-    public sealed class Float32Msg : IMessage
+    /// <summary>std_msgs/msg/Empty of ROS 2.</summary>
+    public sealed class EmptyMsg : IReadable
+    {
+        public string RosType => "std_msgs/msg/Empty";
+
+        public string RosHash => "RIHS01_20b625256f32d5dbc0d04fee44f43c41e51c70d3502f84b4a08e7a9c26a96312";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.WriteEmpty();
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadEmpty();
+        }
+    }
+
+    /// <summary>std_msgs/msg/Float32 of ROS 2.</summary>
+    public sealed class Float32Msg : IReadable
     {
         public float data;
 
         public string RosType => "std_msgs/msg/Float32";
 
+        public string RosHash => "RIHS01_7170d3d8f841f7be3172ce5f4f59f3a4d7f63b0447e8b33327601ad64d83d6e2";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(data);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref data, "data");
+        }
     }
 
-    /// <summary>std_msgs/msg/Float64 of ROS 2 Jazzy.</summary>
-    public sealed class Float64Msg : IMessage
+    /// <summary>std_msgs/msg/Float64 of ROS 2.</summary>
+    public sealed class Float64Msg : IReadable
     {
         public double data;
 
         public string RosType => "std_msgs/msg/Float64";
 
+        public string RosHash => "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(data);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref data, "data");
+        }
     }
 
-    /// <summary>std_msgs/msg/Header of ROS 2 Jazzy.</summary>
-    public sealed class HeaderMsg : IMessage
+    /// <summary>std_msgs/msg/Header of ROS 2.</summary>
+    public sealed class HeaderMsg : IReadable
     {
         public TimeMsg stamp = new TimeMsg();
         public string frame_id = "";
 
         public string RosType => "std_msgs/msg/Header";
 
+        public string RosHash => "RIHS01_f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01";
+
         public void Write(CdrWriter cdr)
         {
-            stamp.Write(cdr);
+            cdr.WriteMessage(stamp);
             cdr.Write(frame_id);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref stamp, "stamp");
+            cdr.Read(ref frame_id, "frame_id");
         }
     }
 
-    /// <summary>std_msgs/msg/Int32 of ROS 2 Jazzy.</summary>
-    public sealed class Int32Msg : IMessage
+    /// <summary>std_msgs/msg/Int32 of ROS 2.</summary>
+    public sealed class Int32Msg : IReadable
     {
         public int data;
 
         public string RosType => "std_msgs/msg/Int32";
 
+        public string RosHash => "RIHS01_b6578ded3c58c626cfe8d1a6fb6e04f706f97e9f03d2727c9ff4e74b1cef0deb";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(data);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref data, "data");
+        }
     }
 
-    /// <summary>std_msgs/msg/Int64 of ROS 2 Jazzy.</summary>
-    public sealed class Int64Msg : IMessage
+    /// <summary>std_msgs/msg/Int64 of ROS 2.</summary>
+    public sealed class Int64Msg : IReadable
     {
         public long data;
 
         public string RosType => "std_msgs/msg/Int64";
 
+        public string RosHash => "RIHS01_8cd1048c2f186b6bd9a92472dc1ce51723c0833a221e2b7aecfff111774f4b49";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(data);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref data, "data");
+        }
     }
 
-    /// <summary>std_msgs/msg/String of ROS 2 Jazzy.</summary>
-    public sealed class StringMsg : IMessage
+    /// <summary>std_msgs/msg/String of ROS 2.</summary>
+    public sealed class StringMsg : IReadable
     {
         public string data = "";
 
         public string RosType => "std_msgs/msg/String";
 
+        public string RosHash => "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18";
+
         public void Write(CdrWriter cdr)
         {
             cdr.Write(data);
         }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref data, "data");
+        }
     }
 
-    /// <summary>tf2_msgs/msg/TFMessage of ROS 2 Jazzy.</summary>
-    public sealed class TFMessageMsg : IMessage
+    /// <summary>std_srvs/srv/SetBool_Request of ROS 2.</summary>
+    public sealed class SetBoolRequest : IReadable
+    {
+        public bool data;
+
+        public string RosType => "std_srvs/srv/SetBool_Request";
+
+        public string RosHash => "RIHS01_c62fbb99d94e1b25e8ef9e109f9581956bb1b3361a45a4e5810c36a90d29932e";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.Write(data);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref data, "data");
+        }
+    }
+
+    /// <summary>std_srvs/srv/SetBool_Response of ROS 2.</summary>
+    public sealed class SetBoolResponse : IReadable
+    {
+        public bool success;
+        public string message = "";
+
+        public string RosType => "std_srvs/srv/SetBool_Response";
+
+        public string RosHash => "RIHS01_d0814e7f7b4880ab77e9c57426c7aa1562ab69f11eef8e2e968812f9cbd0b059";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.Write(success);
+            cdr.Write(message);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref success, "success");
+            cdr.Read(ref message, "message");
+        }
+    }
+
+    /// <summary>std_srvs/srv/Trigger_Request of ROS 2.</summary>
+    public sealed class TriggerRequest : IReadable
+    {
+        public string RosType => "std_srvs/srv/Trigger_Request";
+
+        public string RosHash => "RIHS01_d010825374ce8918e72bfd826c82603e60f45419e932ea976f807b74a863a199";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.WriteEmpty();
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadEmpty();
+        }
+    }
+
+    /// <summary>std_srvs/srv/Trigger_Response of ROS 2.</summary>
+    public sealed class TriggerResponse : IReadable
+    {
+        public bool success;
+        public string message = "";
+
+        public string RosType => "std_srvs/srv/Trigger_Response";
+
+        public string RosHash => "RIHS01_2d946c21e2fc3f1e9ca6986a8191d85fcc70097a8bb7771a053564bc47009cdf";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.Write(success);
+            cdr.Write(message);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref success, "success");
+            cdr.Read(ref message, "message");
+        }
+    }
+
+    /// <summary>tf2_msgs/msg/TFMessage of ROS 2.</summary>
+    public sealed class TFMessageMsg : IReadable
     {
         public TransformStampedMsg[] transforms = new TransformStampedMsg[0];
 
         public string RosType => "tf2_msgs/msg/TFMessage";
 
+        public string RosHash => "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087";
+
         public void Write(CdrWriter cdr)
         {
             cdr.WriteSequence(transforms);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadSequence(ref transforms, "transforms", 74);
+        }
+    }
+
+    /// <summary>vision_msgs/msg/BoundingBox3D of ROS 2.</summary>
+    public sealed class BoundingBox3DMsg : IReadable
+    {
+        public PoseMsg center = new PoseMsg();
+        public Vector3Msg size = new Vector3Msg();
+
+        public string RosType => "vision_msgs/msg/BoundingBox3D";
+
+        public string RosHash => "RIHS01_bbb73a65c163d7f9bb29009c7bde9f7faa576bd2d23299c4511d19230dab4698";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.WriteMessage(center);
+            cdr.WriteMessage(size);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref center, "center");
+            cdr.ReadMessage(ref size, "size");
+        }
+    }
+
+    /// <summary>vision_msgs/msg/Detection3D of ROS 2.</summary>
+    public sealed class Detection3DMsg : IReadable, IStamped
+    {
+        public HeaderMsg header = new HeaderMsg();
+        public ObjectHypothesisWithPoseMsg[] results = new ObjectHypothesisWithPoseMsg[0];
+        public BoundingBox3DMsg bbox = new BoundingBox3DMsg();
+        public string id = "";
+
+        public HeaderMsg Header => header;
+
+        public string RosType => "vision_msgs/msg/Detection3D";
+
+        public string RosHash => "RIHS01_ddd703be132ab0b69d33121f1bb034132bfbb3b0ac5f9fb1516005ba1c8a265b";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.WriteMessage(header);
+            cdr.WriteSequence(results);
+            cdr.WriteMessage(bbox);
+            cdr.Write(id);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadSequence(ref results, "results", 357);
+            cdr.ReadMessage(ref bbox, "bbox");
+            cdr.Read(ref id, "id");
+        }
+    }
+
+    /// <summary>vision_msgs/msg/Detection3DArray of ROS 2.</summary>
+    public sealed class Detection3DArrayMsg : IReadable, IStamped
+    {
+        public HeaderMsg header = new HeaderMsg();
+        public Detection3DMsg[] detections = new Detection3DMsg[0];
+
+        public HeaderMsg Header => header;
+
+        public string RosType => "vision_msgs/msg/Detection3DArray";
+
+        public string RosHash => "RIHS01_793f5eab9595ac1c0da07873cc859db42eae51f0ee76056db8562515d830e018";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.WriteMessage(header);
+            cdr.WriteSequence(detections);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref header, "header");
+            cdr.ReadSequence(ref detections, "detections", 102);
+        }
+    }
+
+    /// <summary>vision_msgs/msg/ObjectHypothesis of ROS 2.</summary>
+    public sealed class ObjectHypothesisMsg : IReadable
+    {
+        public string class_id = "";
+        public double score;
+
+        public string RosType => "vision_msgs/msg/ObjectHypothesis";
+
+        public string RosHash => "RIHS01_51da43cec11c01957a64d1e05a24acd18aae7745ec30b74348ad5f6d634f7f90";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.Write(class_id);
+            cdr.Write(score);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.Read(ref class_id, "class_id");
+            cdr.Read(ref score, "score");
+        }
+    }
+
+    /// <summary>vision_msgs/msg/ObjectHypothesisWithPose of ROS 2.</summary>
+    public sealed class ObjectHypothesisWithPoseMsg : IReadable
+    {
+        public ObjectHypothesisMsg hypothesis = new ObjectHypothesisMsg();
+        public PoseWithCovarianceMsg pose = new PoseWithCovarianceMsg();
+
+        public string RosType => "vision_msgs/msg/ObjectHypothesisWithPose";
+
+        public string RosHash => "RIHS01_41c12344c0396c48b81df12467c192d99b2a0eb1463c5c37194e4223251c80bc";
+
+        public void Write(CdrWriter cdr)
+        {
+            cdr.WriteMessage(hypothesis);
+            cdr.WriteMessage(pose);
+        }
+
+        public void Read(CdrReader cdr)
+        {
+            cdr.ReadMessage(ref hypothesis, "hypothesis");
+            cdr.ReadMessage(ref pose, "pose");
         }
     }
 }

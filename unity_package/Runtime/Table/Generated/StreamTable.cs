@@ -97,7 +97,7 @@ namespace Ml2Sensors
         /// <summary>tf2_msgs/msg/TFMessage on /tf.</summary>
         Tf = 30,
 
-        /// <summary>Messages that the app on the headset publishes by itself.</summary>
+        /// <summary>Topics and services of the app on the headset, below the names of its own.</summary>
         Custom = 31,
 
         /// <summary>geometry_msgs/msg/PoseStamped on controller.</summary>
@@ -105,6 +105,12 @@ namespace Ml2Sensors
 
         /// <summary>sensor_msgs/msg/Joy on controller/joy.</summary>
         ControllerJoy = 33,
+
+        /// <summary>vision_msgs/msg/Detection3DArray on markers.</summary>
+        Markers = 34,
+
+        /// <summary>diagnostic_msgs/msg/DiagnosticArray on map/state.</summary>
+        Map = 35,
     }
 
     /// <summary>The stream table.</summary>
@@ -147,6 +153,8 @@ namespace Ml2Sensors
             new StreamRow("custom", "custom", ""),
             new StreamRow("controller", "controller", ""),
             new StreamRow("controller_joy", "controller", ""),
+            new StreamRow("markers", "markers", "", "com.magicleap.permission.MARKER_TRACKING"),
+            new StreamRow("map", "map", "", "com.magicleap.permission.SPACE_MANAGER"),
         };
     }
 }

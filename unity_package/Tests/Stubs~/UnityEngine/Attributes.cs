@@ -24,6 +24,13 @@ namespace UnityEngine
     {
     }
 
+    public sealed class RequireComponent : Attribute
+    {
+        public RequireComponent(Type type) => Type = type;
+
+        public Type Type { get; }
+    }
+
     public sealed class CreateAssetMenuAttribute : Attribute
     {
         public string menuName { get; set; }

@@ -86,7 +86,7 @@ namespace UnityEngine
         public int height { get; }
         public TextureFormat format { get; }
 
-        /// <summary>What was written, until Apply only on this side; rows begin at the bottom.</summary>
+        /// <summary>The bytes written, until Apply only on this side; rows begin at the bottom.</summary>
         public byte[] Raw { get; }
 
         private GCHandle _pinned;

@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Linq;
 using System.Reflection;
 
 namespace UnityEngine
@@ -10,11 +11,12 @@ namespace UnityEngine
 
         public bool IsDestroyed { get; private set; }
 
-        public static bool operator ==(Object a, Object b) => ReferenceEquals(a, b);
+        /// <summary>A destroyed object is equal to null.</summary>
+        public static bool operator ==(Object a, Object b) => ReferenceEquals(a, b) || (!a && !b);
 
-        public static bool operator !=(Object a, Object b) => !ReferenceEquals(a, b);
+        public static bool operator !=(Object a, Object b) => !(a == b);
 
-        public static implicit operator bool(Object value) => !ReferenceEquals(value, null);
+        public static implicit operator bool(Object value) => !ReferenceEquals(value, null) && !value.IsDestroyed;
 
         public override bool Equals(object other) => ReferenceEquals(this, other);
 
@@ -25,6 +27,8 @@ namespace UnityEngine
         public static T Instantiate<T>(T original, Transform parent) where T : Object => original;
 
         public static void DestroyImmediate(Object target) => Destroy(target);
+
+        public static T FindFirstObjectByType<T>() where T : Component => GameObject.Find<T>();
     }
 
     public class TextMesh : Component
@@ -52,6 +56,13 @@ namespace UnityEngine
     {
         public Vector3 position { get; set; }
         public Vector3 localPosition { get; set; }
+        public Quaternion rotation { get; set; }
+
+        public void SetPositionAndRotation(Vector3 position, Quaternion rotation)
+        {
+            this.position = position;
+            this.rotation = rotation;
+        }
     }
 
     public class Behaviour : Component
@@ -76,9 +87,25 @@ namespace UnityEngine
 
     public sealed class GameObject : Object
     {
+        private static readonly List<GameObject> Loaded = new List<GameObject>();
         private readonly List<Component> _components = new List<Component>();
 
-        public GameObject(string name) => this.name = name;
+        public GameObject(string name)
+        {
+            this.name = name;
+            Loaded.Add(this);
+        }
+
+        public Transform transform { get; } = new Transform();
+
+        public static void UnloadAll()
+        {
+            foreach (Component component in Loaded.SelectMany(it => it._components)) Destroy(component);
+            Loaded.Clear();
+        }
+
+        internal static T Find<T>() where T : Component =>
+            Loaded.Select(it => it.GetComponent<T>()).FirstOrDefault(it => it != null);
 
         public void SetActive(bool value)
         {
@@ -87,7 +114,14 @@ namespace UnityEngine
         /// <summary>As Unity's for an inactive object: nothing is enabled until someone does it.</summary>
         public T AddComponent<T>() where T : Component, new()
         {
-            var component = new T { gameObject = this };
+            foreach (RequireComponent it in typeof(T).GetCustomAttributes(typeof(RequireComponent), false))
+                if (!_components.Exists(it.Type.IsInstanceOfType)) Add((Component)Activator.CreateInstance(it.Type));
+            return Add(new T());
+        }
+
+        private T Add<T>(T component) where T : Component
+        {
+            component.gameObject = this;
             _components.Add(component);
             return component;
         }

@@ -27,13 +27,19 @@ namespace UnityEngine
     public static class Time
     {
         public static float time => 0;
+
+        public static float realtimeSinceStartup { get; set; }
     }
 
     public static class Debug
     {
         public static readonly List<string> Warnings = new List<string>();
 
+        public static readonly List<Exception> Exceptions = new List<Exception>();
+
         public static void Log(object message) { }
+
+        public static void LogException(Exception exception) => Exceptions.Add(exception);
 
         public static void LogWarning(object message) => LogWarning(message, null);
 

@@ -8,7 +8,7 @@ import kotlin.io.path.walk
 import kotlin.test.assertEquals
 import kotlin.test.assertTrue
 
-/** What packages may import of each other and of Android. */
+/** Tests which packages import each other, and Android. */
 class PackagesTest {
     private val imports = Path.of("src/main/kotlin").walk().filter { it.extension == "kt" }.flatMap { file ->
         val lines = file.readLines()

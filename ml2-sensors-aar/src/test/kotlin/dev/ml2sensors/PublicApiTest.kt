@@ -6,7 +6,7 @@ import org.junit.jupiter.api.Test
 import java.io.File
 import kotlin.test.assertNull
 
-/** What is public is what api/ml2-sensors.api says, in the format of Kotlin's binary-compatibility-validator. */
+/** Compares the public names with api/ml2-sensors.api, in the format of Kotlin's binary-compatibility-validator. */
 class PublicApiTest {
     @Test
     fun whatIsPublicChangesOnPurposeOnly() {

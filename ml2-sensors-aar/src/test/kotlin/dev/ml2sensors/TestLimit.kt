@@ -11,7 +11,7 @@ import kotlin.io.path.writeText
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 
-/** How long a test waits for what has to come. It only ends a hang; a slower machine may set more. */
+/** The longest time that a test waits. It only ends a hang; a slower machine may set more. */
 internal val TEST_LIMIT: Duration = (System.getenv("ML2S_TEST_LIMIT_S") ?: "120").toInt().seconds
 
 /** As Turbine's function of this name, which by itself waits for 3 s. */

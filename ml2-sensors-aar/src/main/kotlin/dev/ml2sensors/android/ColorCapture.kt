@@ -246,7 +246,7 @@ internal class ColorCapture(
         const val CAMERA_IMAGES = 3
         const val QUEUED_FRAMES = 2
 
-        /** How long a camera may take to close. */
+        /** The longest time that a camera may take to close. */
         val CLOSING = 2.seconds
     }
 }

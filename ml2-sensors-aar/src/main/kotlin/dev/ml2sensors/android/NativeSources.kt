@@ -6,7 +6,6 @@ import dev.ml2sensors.capture.NativePixelSource
 import dev.ml2sensors.capture.NativeReadingSource
 import dev.ml2sensors.capture.NativeSource
 import dev.ml2sensors.capture.PixelSensor
-import dev.ml2sensors.capture.ReadingSensor
 import dev.ml2sensors.table.StreamTable
 
 /**
@@ -25,9 +24,7 @@ internal fun loadNativeSources(suspendedNanos: () -> Long): List<NativeSource>? 
         PixelSensor.entries.filter { it != PixelSensor.COLOR || backend == NativeBackend.OPENXR }
             .map { NativePixelSource(it, backend) }
     }
-    val readings = NativeBackend.entries.flatMap { backend ->
-        ReadingSensor.entries.map { NativeReadingSource(it, backend, suspendedNanos) }
-    }
+    val readings = NativeBackend.entries.flatMap { NativeReadingSource.all(it, suspendedNanos) }
     return pixels + readings
 }
 

@@ -11,7 +11,7 @@ import kotlinx.coroutines.flow.filterNotNull
 import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.flow.flow
 
-/** When a source may use its sensors: not while it is paused, and until it is closed. Thread-safe. */
+/** Lets a source use its sensors except while it is paused, and until it is closed. Thread-safe. */
 internal class SensorAccess(private val calls: PlatformCalls = PlatformCalls()) : AutoCloseable {
     /** Completes when the present use has to end; null while paused, and complete for good once closed. */
     private val present = MutableStateFlow<CompletableJob?>(Job())

@@ -63,7 +63,7 @@ internal class SensorManagerSource(
                 TimestampConverter(clocks, isOnChange) { base -> foundBases.update { it + (stream to base) } }
             val listener = Listener(row, timestamps, queue)
             val manager = sensorManager
-            // Of the fastest rate Android makes the sensor's minDelay
+            // Android delivers at the sensor's minDelay if it is asked for the fastest rate
             if (!manager.registerListener(listener, sensor, FASTEST, UNBATCHED_MICROS, handler)) {
                 throw SourceException("Android does not start the sensor ${sensor.name}")
             }

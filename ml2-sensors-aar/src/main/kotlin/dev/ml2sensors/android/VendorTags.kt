@@ -103,7 +103,7 @@ private class VendorTag<T : Any>(private val name: String, private val type: Cla
     }
 }
 
-/** What a request to a camera of the vendor says beside Android's settings. Source: as of [VendorTags]. */
+/** A setting of the vendor in the requests to a camera, beside Android's. Source: as of [VendorTags]. */
 internal class VendorRequest private constructor(private val name: String, private val value: Byte) {
     /** Sets it in [request]. A device that does not know the tag has its own default, which the log says. */
     fun setIn(request: CaptureRequest.Builder) {

@@ -21,13 +21,13 @@ import kotlin.time.TimeSource
  * that grows up to [LONGEST_PAUSE]. One thread at a time asks it, since it has one client. Thread-safe.
  */
 internal class DepthRates(private val time: TimeSource = TimeSource.Monotonic) {
-    private sealed interface Offer {
-        class Known(val ratesHz: List<Int>) : Offer
+    private sealed interface Rates {
+        class Known(val inHz: List<Int>) : Rates
 
-        class Unknown(val refusal: Answer.Refused, val pause: Duration, val askAgain: TimeMark) : Offer
+        class Unknown(val refusal: Answer.Refused, val pause: Duration, val askAgain: TimeMark) : Rates
     }
 
-    private val offers = ConcurrentHashMap<Int, Offer>()
+    private val byRange = ConcurrentHashMap<Int, Rates>()
     private val turn = Semaphore(1)
 
     /**
@@ -38,9 +38,9 @@ internal class DepthRates(private val time: TimeSource = TimeSource.Monotonic) {
         val values = answer.acceptedValues ?: return answer
         val requestedHz = requested.rateHz
         if (requestedHz == null || requestedHz <= SAFE_RATE_HZ) return answer
-        return when (val offer = offer(stream, values)) {
-            is Offer.Unknown -> offer.refusal
-            is Offer.Known -> nearest(offer.ratesHz, stream, values, requestedHz) ?: answer
+        return when (val rates = rates(stream, values)) {
+            is Rates.Unknown -> rates.refusal
+            is Rates.Known -> nearest(rates.inHz, stream, values, requestedHz) ?: answer
         }
     }
 
@@ -53,27 +53,27 @@ internal class DepthRates(private val time: TimeSource = TimeSource.Monotonic) {
         return Answer.Adjusted(values.copy(rateHz = nearest), "update_rate $requestedHz: $offered")
     }
 
-    private fun offer(stream: StreamSpec, values: StreamValues): Offer {
+    private fun rates(stream: StreamSpec, values: StreamValues): Rates {
         val range = values.stream ?: LONG_RANGE
         if (!turn.tryAcquire(TURN_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)) {
             return unknown("it has not answered an earlier question; if that lasts, restart the headset", null, null)
         }
         try {
-            val last = offers[range]
-            if (last is Offer.Known || (last is Offer.Unknown && last.askAgain.hasNotPassedNow())) return last
-            return query(stream, values, last as Offer.Unknown?).also { offers[range] = it }
+            val last = byRange[range]
+            if (last is Rates.Known || (last is Rates.Unknown && last.askAgain.hasNotPassedNow())) return last
+            return query(stream, values, last as Rates.Unknown?).also { byRange[range] = it }
         } finally {
             turn.release()
         }
     }
 
-    private fun query(stream: StreamSpec, values: StreamValues, last: Offer.Unknown?): Offer = try {
+    private fun query(stream: StreamSpec, values: StreamValues, last: Rates.Unknown?): Rates = try {
         val bits = listOf(stream).bits()
         val second = if (values.stream == 1) bits else 0
         val handle =
             NativeSettings(PixelSensor.DEPTH.code, NativeBackend.SDK.code, bits, second, rateHz = SAFE_RATE_HZ).open()
         try {
-            Offer.Known(Native.listRates(handle).toList())
+            Rates.Known(Native.listRates(handle).toList())
         } finally {
             Native.close(handle)
         }
@@ -81,10 +81,10 @@ internal class DepthRates(private val time: TimeSource = TimeSource.Monotonic) {
         unknown(e.message, stream.permissions.firstOrNull().takeIf { e is CaptureException.PermissionDenied }, last)
     }
 
-    private fun unknown(cause: String?, permission: String?, last: Offer.Unknown?): Offer.Unknown {
+    private fun unknown(cause: String?, permission: String?, last: Rates.Unknown?): Rates.Unknown {
         val pause = if (last == null) SHORTEST_PAUSE else minOf(last.pause * 2, LONGEST_PAUSE)
         val reason = "the depth camera cannot be asked yet for the rates that the light allows: $cause"
-        return Offer.Unknown(Answer.Refused(reason, permission), pause, time.markNow() + pause)
+        return Rates.Unknown(Answer.Refused(reason, permission), pause, time.markNow() + pause)
     }
 
     private companion object {

@@ -4,7 +4,7 @@ import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.table.StreamSpec
 
 /**
- * How the images of a stream are compressed.
+ * A codec for the images of a stream.
  *
  * @property code of ml2s_codec.
  * @property title in metadata.

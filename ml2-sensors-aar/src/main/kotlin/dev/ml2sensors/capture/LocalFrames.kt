@@ -8,6 +8,7 @@ import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import java.nio.ByteBuffer
 
 /**
  * Publishes frames for native readers in the same process, such as a game engine, which lease the latest one with

@@ -91,6 +91,34 @@ internal object Native {
     @JvmStatic
     external fun release(stream: Int, slot: Int)
 
+    /** Opens a queue of the newest [depth] messages, of Kotlin for C# or of C# for Kotlin; returns its number. */
+    @JvmStatic
+    external fun openInbox(depth: Int): Int
+
+    /** Copies a message into an inbox. Returns false if it is closed, or if there is no memory. */
+    @JvmStatic
+    external fun addMessage(
+        inbox: Int,
+        bytes: ByteArray,
+        offset: Int,
+        sizeBytes: Int,
+        publishedNanos: Long,
+        number: Int,
+    ): Boolean
+
+    /**
+     * Waits for a message in an inbox, and leases it until [releaseMessage]. Returns its bytes, or null once the inbox is
+     * closed. [about] gets its slot, time and number, and how many messages newer ones have replaced so far.
+     */
+    @JvmStatic
+    external fun awaitMessage(inbox: Int, about: LongArray): ByteBuffer?
+
+    @JvmStatic
+    external fun releaseMessage(inbox: Int, slot: Int)
+
+    @JvmStatic
+    external fun closeInbox(inbox: Int)
+
     /** Returns a size in bytes that no image exceeds when [codec] compresses it, whatever it shows. */
     @JvmStatic
     external fun mostEncodedBytes(codec: Int, width: Int, height: Int): Int

@@ -1,17 +1,22 @@
 package dev.ml2sensors.capture
 
 import dev.ml2sensors.message.toPose
+import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.HeadTrack
 import dev.ml2sensors.source.InputSample
+import dev.ml2sensors.source.MarkersSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 
 /**
- * The readings of one tracked object with one backend, 60 times a second, each stamped with the time that it is for.
- * Samples are [PoseSample]s in body axes, [PosesSample]s of hands, or [InputSample]s.
+ * The readings of one tracked object with one backend, 60 times a second, markers and maps 30 times, each stamped with
+ * the time that it is for. Samples are [PoseSample]s in body axes, [PosesSample]s of hands, [InputSample]s, [MarkersSample]s
+ * or [MapSample]s.
  *
  * A pose is null while it is not tracked. A hand always has the 26 joints of OpenXR's XrHandJointEXT, in its order;
  * joints that are not tracked are NaN. Flows of input fail after a second in which no controller is connected.
@@ -23,15 +28,33 @@ internal class NativeReadingSource(
     private val sensorBackend: NativeBackend,
     private val suspendedNanos: () -> Long = { 0 },
 ) : NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_READINGS) {
-    /** Never conflicts: no value of a stream changes the tracker, which `tf` and `head_pose` share. */
-    override fun conflict(subscription: Subscription, other: Subscription): String? = null
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = try {
+        if (sensor == ReadingSensor.MARKERS) MarkerSettings.of(requested)
+        if (sensor == ReadingSensor.MAP) MapSettings.of(requested)
+        super.negotiate(stream, requested)
+    } catch (e: IllegalArgumentException) {
+        Answer.Refused(checkNotNull(e.message))
+    }
+
+    /** Only markers and maps conflict: no value changes another tracker; `tf` and `head_pose` share that of the head. */
+    override fun conflict(subscription: Subscription, other: Subscription): String? = when {
+        subscription.values == other.values -> null
+        sensor == ReadingSensor.MARKERS -> "the detector looks for markers with ${other.values}"
+        sensor == ReadingSensor.MAP -> "the map is followed with ${other.values}"
+        else -> null
+    }
 
     override fun open(subscriptions: List<Subscription>): OpenSensor =
         OpenTracker(sensor, sensorBackend, suspendedNanos, subscriptions)
 
-    private companion object {
+    companion object {
         /** One quarter of a second. */
-        const val QUEUED_READINGS = 16
+        private const val QUEUED_READINGS = 16
+
+        /** Returns a source of each sensor that [backend] can read. */
+        fun all(backend: NativeBackend, suspendedNanos: () -> Long = { 0 }): List<NativeReadingSource> =
+            ReadingSensor.entries.filter { backend in it.backends }
+                .map { NativeReadingSource(it, backend, suspendedNanos) }
     }
 }
 
@@ -45,7 +68,7 @@ private class OpenTracker(
     private val readings = ReadingBlock(sensor.mostReadings)
     private var settings = settings(subscriptions)
     private val handle = settings.open()
-    private val schedule = PeriodicTimer(1_000_000_000L / RATE_HZ, Native::now, suspendedNanos)
+    private val schedule = PeriodicTimer(1_000_000_000L / sensor.rateHz, Native::now, suspendedNanos)
     private var pollsWithoutInput = 0
 
     override fun configure(subscriptions: List<Subscription>) {
@@ -61,14 +84,17 @@ private class OpenTracker(
         val hasGap = missed > HeadTrack.MAX_BRIDGED || schedule.wasSuspended
         if (sensor == ReadingSensor.HEAD && hasGap) LocalFrames.clearHead()
         val count = Native.pollReadings(handle, readings.memory)
-        for ((number, found) in (0 until count).map { readings[it] }.groupBy { it.stream }) {
-            val stream = StreamTable.all[number]
+        val all = (0 until count).map { readings[it] }
+        if (sensor == ReadingSensor.MARKERS) return subscriptions.offer(StreamTable.markers, markers(all))
+        for ((number, found) in all.groupBy { it.stream }) {
             val sample = sample(found) ?: continue
             if (sensor == ReadingSensor.HEAD && sample is PoseSample) LocalFrames.addHead(sample)
-            for (subscription in subscriptions) {
-                if (subscription.stream == stream) subscription.queue.offer(sample)
-            }
+            subscriptions.offer(StreamTable.all[number], sample)
         }
+    }
+
+    private fun List<Subscription>.offer(stream: StreamSpec, sample: Sample) {
+        for (subscription in this) if (subscription.stream == stream) subscription.queue.offer(sample)
     }
 
     override fun close() {
@@ -77,12 +103,29 @@ private class OpenTracker(
     }
 
     private fun settings(subscriptions: List<Subscription>) =
-        NativeSettings(sensor.code, backend.code, subscriptions.map { it.stream }.bits())
+        NativeSettings(
+            sensor.code,
+            backend.code,
+            subscriptions.map { it.stream }.bits(),
+            markers = if (sensor == ReadingSensor.MARKERS) {
+                MarkerSettings.of(subscriptions.first().values)
+            } else {
+                MarkerSettings()
+            },
+            map = if (sensor == ReadingSensor.MAP) MapSettings.of(subscriptions.first().values) else MapSettings(),
+        )
+
+    /** Returns what is seen, which may be nothing, so that readers know that the detector runs. */
+    private fun markers(found: List<Reading>) = MarkersSample(
+        found.firstOrNull()?.captureNanos ?: Native.now(),
+        found.mapNotNull(settings.markers::marker),
+    )
 
     private fun sample(found: List<Reading>): Sample? =
         when (sensor) {
             ReadingSensor.HANDS -> joints(found)
             ReadingSensor.CONTROLLER_INPUT -> input(found.single())
+            ReadingSensor.MAP -> MapSettings.sample(found.single())
             else -> pose(found.single())
         }
 
@@ -94,7 +137,7 @@ private class OpenTracker(
 
     private fun input(found: Reading): InputSample? {
         pollsWithoutInput = if (found.isTracked) 0 else pollsWithoutInput + 1
-        if (pollsWithoutInput > RATE_HZ) throw CaptureException.NotAvailable("no controller is connected")
+        if (pollsWithoutInput > sensor.rateHz) throw CaptureException.NotAvailable("no controller is connected")
         if (!found.isTracked) return null
         return InputSample(
             found.captureNanos,
@@ -106,9 +149,5 @@ private class OpenTracker(
             touchY = found.value(Reading.INPUT_TOUCH_Y),
             force = found.value(Reading.INPUT_FORCE),
         )
-    }
-
-    private companion object {
-        const val RATE_HZ = 60
     }
 }

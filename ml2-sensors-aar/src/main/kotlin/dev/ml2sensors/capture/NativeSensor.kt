@@ -48,11 +48,15 @@ internal enum class PixelSensor(
  * The tracked objects: ml2s_sensor.
  *
  * @property mostReadings how many readings one poll has.
+ * @property rateHz how often it is polled.
+ * @property backends those that can read it.
  */
 internal enum class ReadingSensor(
     internal val code: Int,
     internal val streams: Set<StreamSpec>,
     internal val mostReadings: Int = 1,
+    internal val rateHz: Int = 60,
+    internal val backends: Set<NativeBackend> = NativeBackend.entries.toSet(),
 ) {
     /** The headset in the world. */
     HEAD(4, setOf(StreamTable.headPose)),
@@ -68,6 +72,12 @@ internal enum class ReadingSensor(
 
     /** Its buttons, trigger and touchpad. */
     CONTROLLER_INPUT(9, setOf(StreamTable.controllerJoy)),
+
+    /** The markers that the headset's own detector sees. */
+    MARKERS(10, setOf(StreamTable.markers), mostReadings = 16, rateHz = 30, backends = setOf(NativeBackend.OPENXR)),
+
+    /** The saved map in which the headset is localized. */
+    MAP(11, setOf(StreamTable.map), rateHz = 30, backends = setOf(NativeBackend.OPENXR)),
 }
 
 /** ml2s_stream: the number of a stream is its place in the table. */

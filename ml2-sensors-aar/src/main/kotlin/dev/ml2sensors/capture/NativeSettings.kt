@@ -12,6 +12,8 @@ internal data class NativeSettings(
     val rateHz: Int = 0,
     val width: Int = 0,
     val height: Int = 0,
+    val markers: MarkerSettings = MarkerSettings(),
+    val map: MapSettings = MapSettings(),
 ) {
     /** Opens the sensor and returns its handle, which belongs to this thread. */
     fun open(): Long = Native.open(toStruct())
@@ -28,6 +30,13 @@ internal data class NativeSettings(
         putInt(SettingsLayout.rateHz, rateHz)
         putInt(SettingsLayout.width, width)
         putInt(SettingsLayout.height, height)
+        putInt(SettingsLayout.markerType, markers.type.ordinal)
+        putInt(SettingsLayout.markerDictionary, markers.dictionary)
+        putInt(SettingsLayout.markerProfile, markers.profile)
+        putInt(SettingsLayout.markerCamera, markers.camera)
+        putFloat(SettingsLayout.markerLengthM, markers.lengthM)
+        putInt(SettingsLayout.mapConfidence, map.leastConfidence)
+        map.name.encodeToByteArray().forEachIndexed { i, byte -> put(SettingsLayout.map + i, byte) }
     }
 
     companion object {
@@ -66,6 +75,13 @@ private object SettingsLayout {
     val rateHz = offsets.next()
     val width = offsets.next()
     val height = offsets.next()
+    val markerType = offsets.next()
+    val markerDictionary = offsets.next()
+    val markerProfile = offsets.next()
+    val markerCamera = offsets.next()
+    val markerLengthM = offsets.next()
+    val mapConfidence = offsets.next()
+    val map = offsets.next()
 
     init {
         offsets.end()

@@ -22,6 +22,8 @@ private object ReadingLayout {
     val isTracked = offsets.next()
     val events = offsets.next()
     val values = offsets.next()
+    val id = offsets.next()
+    val name = offsets.next()
 
     init {
         offsets.end()
@@ -45,7 +47,18 @@ internal class Reading(private val memory: ByteBuffer, private val base: Int) {
     val isInNewWorld: Boolean
         get() = memory.getInt(base + ReadingLayout.events) and (TRACKING_RECOVERY_FAILED or TRACKING_NEW_SESSION) != 0
 
-    /** Returns the value [index] of ml2s_input. */
+    /** The number of a joint or marker. */
+    val id: Long get() = memory.getLong(base + ReadingLayout.id)
+
+    /** The content of a QR code, or the UUID and name of a map. */
+    val name: String
+        get() {
+            val end = generateSequence(base + ReadingLayout.name) { it + 1 }.first { memory[it].toInt() == 0 }
+            val bytes = ByteArray(end - base - ReadingLayout.name) { memory[base + ReadingLayout.name + it] }
+            return bytes.decodeToString()
+        }
+
+    /** Returns the value [index] of ml2s_input, ml2s_marker_value or ml2s_map_value. */
     fun value(index: Int): Float = memory.getFloat(base + ReadingLayout.values + index * Float.SIZE_BYTES)
 
     companion object {
@@ -58,5 +71,11 @@ internal class Reading(private val memory: ByteBuffer, private val base: Int) {
         const val INPUT_TOUCH_X = 4
         const val INPUT_TOUCH_Y = 5
         const val INPUT_FORCE = 6
+        const val MARKER_LENGTH_M = 0
+        const val MARKER_REPROJECTION_ERROR_M = 1
+        const val MAP_STATE = 0
+        const val MAP_CONFIDENCE = 1
+        const val MAP_ERRORS = 2
+        const val MAP_TYPE = 3
     }
 }

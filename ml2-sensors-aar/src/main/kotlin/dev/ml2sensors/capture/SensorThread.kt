@@ -47,7 +47,7 @@ internal class SensorThread(
     private val appliedVersion = MutableStateFlow(0L)
     private var desired = DesiredState()
 
-    // Of the thread alone
+    // Only the thread reads and writes these
     private var sensor: OpenSensor? = null
     private var running = emptyList<Subscription>()
 

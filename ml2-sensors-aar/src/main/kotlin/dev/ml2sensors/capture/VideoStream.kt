@@ -20,7 +20,7 @@ import java.util.concurrent.atomic.AtomicInteger
 
 /** The way of a video's packets after the encoder. Thread-safe. */
 internal interface VideoChannel {
-    /** How many packets were dropped so far. */
+    /** The number of packets dropped so far. */
     val droppedPackets: Long
 
     /** Returns true if the present rate has room for the capture at [captureNanos]. Called once for each. */
@@ -74,7 +74,7 @@ internal class VideoStream(
         private val slots = SlotPool(stream, isEncoded = true)
         private val encoder: VideoEncoder
 
-        /** How many images are being encoded or wait to be sent. */
+        /** The number of images that are being encoded or wait to be sent. */
         private val images = AtomicInteger()
         private var lastCaptureNanos = Long.MIN_VALUE
 

@@ -116,6 +116,14 @@ internal class HostClock(private val deviceClock: DeviceClock) {
         frozen = true
     }
 
+    /**
+     * Returns how long the request of [exchange] took to the host, in ns. It is off by a constant, since an asymmetry of
+     * the path cannot be seen, and by less than [MOST_UNSURE_NANOS]; null where that is not certain.
+     */
+    fun thereNanos(exchange: TimeExchange): Long? = estimate.value
+        ?.takeIf { it.uncertaintyNanos(exchange.t1) - it.roundTripNanos / 2 < MOST_UNSURE_NANOS }
+        ?.let { exchange.mostOffsetNanos - it.offsetNanos(exchange.t1) }
+
     /** Returns the present ROS time by the latest estimate, or 0 before there is one. */
     fun rosNowNanos(): Long {
         val now = deviceClock.nowNanos()
@@ -129,6 +137,9 @@ internal class HostClock(private val deviceClock: DeviceClock) {
 
         /** Twice the longest stall that a healthy wireless link has. */
         const val HOLDOVER_AFTER_NANOS = 1_000_000_000L
+
+        /** A third of the queue of images that the pacing tolerates. */
+        const val MOST_UNSURE_NANOS = 2_000_000L
         const val FIRST_ESTIMATE_LIMIT_MILLIS = 5_000L
         const val NANOS_PER_MILLI = 1_000_000L
         const val PPB_PER_PPM = 1_000.0

@@ -1,6 +1,6 @@
 package dev.ml2sensors
 
-/** Of this library; generated from pom.xml by config/generate.py. */
+/** The version of this library; generated from pom.xml by config/generate.py. */
 public object Version {
     /** MAJOR.MINOR.PATCH. */
     public const val NAME: String = "0.1.0"

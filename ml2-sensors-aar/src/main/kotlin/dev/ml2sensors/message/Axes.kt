@@ -19,7 +19,12 @@ internal data class MlPose(val position: Vector3, val rotation: Quaternion) {
     /** Converts a camera's pose to optical axes, z forward, x right, y down (RDF), in a world with body axes. */
     fun toOptical(): Transform = toBody() * OPTICAL_IN_BODY
 
+    /** Converts the pose of a marker, whose axes stay x right, y up, z out of the face, to a world with body axes. */
+    fun toMarker(): Transform = toBody() * RUB_IN_BODY
+
     companion object {
+        private val RUB_IN_BODY = Transform(Vector3.ZERO, Quaternion(0.5, -0.5, -0.5, 0.5))
+
         /** The inverse of [toBody]. */
         fun ofBody(body: Transform): MlPose {
             val (x, y, z) = body.translation

@@ -36,7 +36,7 @@ public data class Time(val sec: Int, val nanosec: UInt) {
 }
 
 /**
- * When and in which frame a message was measured. Source: std_msgs/msg/Header, Jazzy.
+ * The time and the frame of a measurement. Source: std_msgs/msg/Header, Jazzy.
  *
  * @property stamp Capture time in ROS time.
  * @property frameId The TF frame the message's values refer to.

@@ -99,3 +99,37 @@ public data class BatteryState(
     val location: String,
     val serialNumber: String,
 )
+
+/** The states of components, [status], at the time of [header]. Source: diagnostic_msgs/msg/DiagnosticArray, Jazzy. */
+@Serializable
+@SerialName("diagnostic_msgs/msg/DiagnosticArray")
+internal class DiagnosticArray(val header: Header, val status: List<DiagnosticStatus>)
+
+/**
+ * The state of a component. Source: diagnostic_msgs/msg/DiagnosticStatus, Jazzy.
+ *
+ * @property level [OK] or [WARN].
+ * @property name of the component.
+ * @property message what its state is, for people.
+ * @property hardwareId empty.
+ * @property values details.
+ */
+@Serializable
+@SerialName("diagnostic_msgs/msg/DiagnosticStatus")
+internal data class DiagnosticStatus(
+    val level: UByte,
+    val name: String,
+    val message: String,
+    val hardwareId: String,
+    val values: List<KeyValue>,
+) {
+    companion object {
+        const val OK: UByte = 0u
+        const val WARN: UByte = 1u
+    }
+}
+
+/** A [value] and what it is of. Source: diagnostic_msgs/msg/KeyValue, Jazzy. */
+@Serializable
+@SerialName("diagnostic_msgs/msg/KeyValue")
+internal data class KeyValue(val key: String, val value: String)

@@ -1,6 +1,6 @@
 package dev.ml2sensors.pacing
 
-/** How many bytes the receiver acknowledged in the last 400 ms: that is what the link delivered. */
+/** Measures what the link delivered: the bytes that the receiver acknowledged in the last 400 ms. */
 internal class AcknowledgedBytes {
     private class Total(val bytes: Long, val atNanos: Long)
 

@@ -4,8 +4,8 @@ import kotlin.math.cbrt
 import kotlin.math.pow
 
 /**
- * How a rate grows after congestion, in parts of the congested rate and in the shape of CUBIC (RFC 9438, 4.2): quickly
- * from [CUT], then slowly near the congested rate, then faster.
+ * The growth of a rate after congestion, in parts of the congested rate and in the shape of CUBIC (RFC 9438, 4.2):
+ * quickly from [CUT], then slowly near the congested rate, then faster.
  */
 internal object CubicGrowth {
     private const val CUT = 0.85
@@ -16,7 +16,7 @@ internal object CubicGrowth {
     /** The part up to which the rate grows slowly. */
     const val PLATEAU_END: Double = 1.1
 
-    /** When the rate reaches [PLATEAU_END]. */
+    /** The time at which the rate reaches [PLATEAU_END]. */
     val PLATEAU_END_SECONDS: Double = PLATEAU_SECONDS * (1 + cbrt((PLATEAU_END - PLATEAU) / (PLATEAU - CUT)))
 
     /** Returns the part of the congested rate after [seconds] of growth. */

@@ -153,11 +153,15 @@ internal class ImagePacing(
         LinkState(waitingSinceNanos, isUnsettled, droppedImages, writtenBytes, rate.bytesPerSecond(now))
     }
 
-    /** Measures the round trip of [exchange]; called by one thread. */
-    inline fun <T> measured(exchange: () -> T): T {
+    /**
+     * Measures the round trip of [exchange]; called by one thread.
+     *
+     * @param thereNanos returns from its result the time of the way to the receiver, as in [ImageRate.roundTrip].
+     */
+    inline fun <T> measured(exchange: () -> T, thereNanos: (T) -> Long?): T {
         ask()
         try {
-            return exchange().also { answered() }
+            return exchange().also { answered(thereNanos(it)) }
         } finally {
             roundTrip = null
         }
@@ -171,14 +175,14 @@ internal class ImagePacing(
         }
     }
 
-    private fun answered() {
+    private fun answered(thereNanos: Long?) {
         val underWayBytes = underWayBytes()
         synchronized(rate) {
             val now = nanoTime()
             acknowledged(underWayBytes, now)
             val roundTrip = checkNotNull(roundTrip)
             val nanos = now - roundTrip.startNanos
-            rate.roundTrip(nanos, roundTrip.onPathNanos(now), now)
+            rate.roundTrip(nanos, roundTrip.onPathNanos(now), thereNanos, now)
         }
     }
 

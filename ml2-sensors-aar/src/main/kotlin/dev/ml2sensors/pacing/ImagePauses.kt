@@ -1,6 +1,6 @@
 package dev.ml2sensors.pacing
 
-/** When images have pauses: without them, the link delivers as much as it can. Not thread-safe. */
+/** Finds pauses between images. Without a pause, the link delivers as much as it can. Not thread-safe. */
 internal class ImagePauses(startNanos: Long) {
     private var busySinceNanos = startNanos
     private var pausedNanos: Long? = startNanos

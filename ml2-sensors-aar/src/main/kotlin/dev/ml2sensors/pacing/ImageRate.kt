@@ -9,8 +9,8 @@ import kotlin.math.pow
  * message waits. It knows what was acknowledged, the round trips of the time lane, and when images had
  * to wait.
  *
- * - The queueing delay is what the path took of a round trip, less the least round trip of the last 10 s. When two
- *   successive round trips have too much of it, or one that has not ended yet much too much, the link is congested.
+ * - When two successive round trips have too much [QueueingDelay], or one that has not ended yet much too much, the link
+ *   is congested.
  * - Then images first go at a quarter of what the link delivered, until its queue is empty.
  * - From a part of what it delivered the rate grows as [CubicGrowth], only while images wait for it. Above the rate at
  *   which the link was congested it grows slowly while images have pauses or the link has a queue.
@@ -82,7 +82,9 @@ internal class ImageRate(startNanos: Long) {
      */
     fun mostUnderWayBytes(nowNanos: Long): Double {
         val rate = bytesPerSecond(nowNanos)
-        return (rate * delay.leastRoundTripNanos + proven(rate) * (delay.toleratedNanos + SEEN_NANOS)) * 1e-9
+        // Acknowledgements, too, wait on the way back
+        val emptyPathNanos = delay.leastRoundTripNanos + delay.returningNanos
+        return (rate * emptyPathNanos + proven(rate) * (delay.toleratedNanos + SEEN_NANOS)) * 1e-9
     }
 
     /** The part of [rate] that is at most a little above the congested one: the link was seen to have so much. */
@@ -112,15 +114,17 @@ internal class ImageRate(startNanos: Long) {
      * Adds a round trip of the time lane, which ended at [nowNanos].
      *
      * @param onPathNanos how much of it the path took; null if it does not tell of images.
+     * @param thereNanos the time of its way to the receiver; off by a constant at most, null if it is not known.
      */
-    fun roundTrip(nanos: Long, onPathNanos: Long?, nowNanos: Long) {
+    fun roundTrip(nanos: Long, onPathNanos: Long?, thereNanos: Long?, nowNanos: Long) {
         val before = delay.lastNanos
-        delay.addRoundTrip(nanos, nowNanos)
+        delay.addRoundTrip(nanos, thereNanos, nowNanos)
         if (onPathNanos == null) return
         val found = delay.behindImages(onPathNanos)
         val judgedRate = judgedRate
         this.judgedRate = null
-        if (judgedRate != null && found > STALL_NANOS) return resumeAt(judgedRate, nowNanos)
+        val isOnWayBack = found <= delay.toleratedNanos && delay.returningNanos > delay.toleratedNanos
+        if (judgedRate != null && (isOnWayBack || found > STALL_NANOS)) return resumeAt(judgedRate, nowNanos)
         if (!mayCut(nowNanos) || min(found, before) <= delay.toleratedNanos) return
         val grownDelay = found + max(0, found - before) // It has grown since this round trip began
         val delivered = if (pauses.areOver(nowNanos)) {
@@ -136,7 +140,7 @@ internal class ImageRate(startNanos: Long) {
      * quickly, before small messages are lost in it.
      */
     fun unanswered(askedNanos: Long, nowNanos: Long) {
-        val waiting = nowNanos - askedNanos - delay.leastRoundTripNanos
+        val waiting = nowNanos - askedNanos - delay.leastRoundTripNanos - delay.returningNanos
         if (askedNanos == judgedNanos || waiting <= CERTAIN * delay.toleratedNanos || !pauses.areOver(nowNanos) ||
             !mayCut(nowNanos)
         ) {
@@ -147,7 +151,10 @@ internal class ImageRate(startNanos: Long) {
         congested(acknowledged.recentBytesPerSecond(nowNanos - askedNanos), waiting, nowNanos)
     }
 
-    /** The bytes under way alone cannot delay by [STALL_NANOS]: the link stood still, and keeps its rate. */
+    /**
+     * Takes a cut back. The bytes under way alone cannot delay by [STALL_NANOS], so the link stood still; or only the
+     * answer was late.
+     */
     private fun resumeAt(bytesPerSecond: Double, nowNanos: Long) {
         congestedAt = bytesPerSecond
         congestion = null

@@ -40,7 +40,7 @@ internal class LinkState(
 internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: AdaptationSpec, nowNanos: Long) {
     private val steps: List<AdaptationStep> = steps(streams, order)
 
-    /** How many steps are in force. */
+    /** The number of steps in force. */
     var level: Int = (0..steps.size).first { level -> streams.all { setting(it, level).isWithin(it.present) } }
         private set
 
@@ -52,7 +52,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     private var calmSinceNanos = nowNanos
     private var raised: Raise? = null
 
-    /** How many steps up were taken back, since one was right or the link became worse. */
+    /** The number of steps up that were taken back since the last right one, or since the link became worse. */
     private var mistakes = 0
 
     init {

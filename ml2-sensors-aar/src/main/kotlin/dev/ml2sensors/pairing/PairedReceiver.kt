@@ -64,7 +64,7 @@ internal class PairedReceiverLocator(
             }.firstOrNull()
         }
     } catch (_: IOException) {
-        null // Where looking is impossible, the address is left
+        null // The address is left if looking is impossible
     }
 
     override fun toString(): String = "the paired receiver"

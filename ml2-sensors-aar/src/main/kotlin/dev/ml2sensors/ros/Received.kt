@@ -1,6 +1,11 @@
 package dev.ml2sensors.ros
 
+import dev.ml2sensors.message.Point
+import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.wire.Failure
+import dev.ml2sensors.wire.Frame
+import dev.ml2sensors.wire.PoseBody
 import dev.ml2sensors.wire.printable
 import java.io.IOException
 
@@ -16,6 +21,34 @@ public data class Received<out T>(
     public val publishedNanos: Long?,
     public val number: Long,
 )
+
+/**
+ * The pose of one frame in another, from the transforms of /tf and /tf_static.
+ *
+ * @property pose the position in m, and a unit quaternion.
+ * @property stampNanos the newest time for which all transforms between the frames are known, in ROS time; null if none
+ * of them moves.
+ * @property newestNanos the stamp of the moving transform that is the oldest: this shows how stale the pose is. Null if
+ * none moves.
+ */
+public data class StampedPose(
+    public val pose: Pose,
+    public val stampNanos: Long?,
+    public val newestNanos: Long?,
+) {
+    internal companion object {
+        fun of(frame: Frame): StampedPose {
+            val body = PoseBody.parse(frame.body)
+            val (x, y, z) = body.numbers
+            val rotation = body.numbers.drop(POSITION)
+            val pose = Pose(Point(x, y, z), Quaternion(rotation[0], rotation[1], rotation[2], rotation[POSITION]))
+            val (stamp, newest) = listOf(frame.header.captureNanos, body.newestNanos).map { if (it == 0L) null else it }
+            return StampedPose(pose, stamp, newest)
+        }
+
+        private const val POSITION = 3
+    }
+}
 
 /** The messages of a topic that wait for a collector that is slower than the topic. */
 public sealed interface Keep {

@@ -1,24 +1,16 @@
 package dev.ml2sensors.ros
 
 import dev.ml2sensors.cdr.Cdr
-import dev.ml2sensors.cdr.layout
 import dev.ml2sensors.message.ServiceType
-import dev.ml2sensors.session.AppOpenings
 import dev.ml2sensors.session.OpeningLanes
-import dev.ml2sensors.wire.Closed
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.Failure
 import dev.ml2sensors.wire.Frame
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Open
-import dev.ml2sensors.wire.Opened
-import dev.ml2sensors.wire.Status
-import dev.ml2sensors.wire.isShort
 import dev.ml2sensors.wire.printable
 import kotlinx.coroutines.CompletableDeferred
-import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.withTimeoutOrNull
-import kotlinx.serialization.ExperimentalSerializationApi
 import java.nio.ByteBuffer
 import kotlin.time.Duration
 import kotlin.time.TimeMark
@@ -30,29 +22,14 @@ import kotlin.time.TimeSource
  */
 public class ServiceClient<Q, A> internal constructor(
     private val clients: ServiceClients,
-    internal val service: String,
-    private val type: ServiceType<Q, A>,
+    internal val named: NamedService,
+    private val encode: (Q) -> ByteArray,
+    private val decode: (ByteArray) -> A,
 ) : AutoCloseable {
-    @OptIn(ExperimentalSerializationApi::class)
-    private val layout = "${type.request.descriptor.layout()}>${type.response.descriptor.layout()}"
+    internal val service get() = named.name
 
     /** Used under the lock of [clients]. */
     internal var isClosed = false
-
-    init {
-        require(isShort(service, MOST_CHARACTERS)) {
-            "service: expected 1 to $MOST_CHARACTERS printable characters, found '${printable(service)}'"
-        }
-        require(isShort(type.name, MOST_CHARACTERS) && TYPE.matches(type.name)) {
-            "expected a ROS type such as std_srvs/srv/SetBool, found '${type.name}'"
-        }
-        val bytes = ControlJson.encode(Open.serializer(), open(MOST_ID)).size
-        require(bytes <= FrameKind.OPEN.maxLength) {
-            "${type.name} has too many fields: OPEN has room for ${FrameKind.OPEN.maxLength} bytes, found $bytes"
-        }
-    }
-
-    internal fun open(id: Int) = Open(id, Open.CLIENT, service, type.name, layout = layout)
 
     /**
      * Returns the response to [request]. Each call ends with the response or one exception, within [timeout]. Without a
@@ -63,14 +40,27 @@ public class ServiceClient<Q, A> internal constructor(
      */
     public suspend fun call(request: Q, timeout: Duration): A {
         require(timeout.isPositive()) { "timeout: expected more than 0, found $timeout" }
-        val payload = Cdr.encodeToByteArray(type.request, request)
+        val payload = encode(request)
+        named.book.begin()
+        var failure: String? = Failure.CANCELLED
+        try {
+            return response(payload, timeout).also { failure = null }
+        } catch (e: ServiceException) {
+            failure = e.reason.code ?: Failure.OTHER
+            throw e
+        } finally {
+            named.book.end(failure)
+        }
+    }
+
+    private suspend fun response(payload: ByteArray, timeout: Duration): A {
         if (payload.size > FrameKind.REQUEST.maxLength) {
             val found = "a request of ${payload.size} bytes, expected at most ${FrameKind.REQUEST.maxLength}"
             throw ServiceException(ServiceException.Reason.TOO_LARGE, "$service: $found")
         }
         val response = clients.response(this, payload, timeout)
         return try {
-            Cdr.decode(type.response, ByteBuffer.wrap(response), allowsTail = true)
+            decode(response)
         } catch (e: IllegalArgumentException) { // SerializationException is one
             throw ServiceException(ServiceException.Reason.MALFORMED, "$service: ${e.message}")
         }
@@ -78,12 +68,6 @@ public class ServiceClient<Q, A> internal constructor(
 
     /** Ends the client. Calls that are under way fail, as do later ones. */
     override fun close(): Unit = clients.close(this)
-
-    private companion object {
-        const val MOST_ID = 0xFFFF
-        const val MOST_CHARACTERS = 255
-        val TYPE = Regex("[a-z][a-z0-9_]*/srv/[A-Z][A-Za-z0-9]*")
-    }
 }
 
 /** One call; [number] is that of its REQUEST, null before. */
@@ -98,19 +82,25 @@ private class Call(val client: ServiceClient<*, *>, val payload: ByteArray, val 
 }
 
 /** The service clients of an app, over all sessions of its streamer. Thread-safe. */
-internal class ServiceClients : AppOpenings {
-    private val changes = Channel<Unit>(Channel.CONFLATED)
-
+internal class ServiceClients : OpenServices<ServiceClient<*, *>>({ it.named }) {
     /** In the order of the calls: those that were not sent, and those that were. */
     private val calls = LinkedHashSet<Call>()
-
-    /** Ids of the present session; those in [ready] have been OPENED. */
-    private val open = HashMap<ServiceClient<*, *>, Int>()
-    private val ready = HashSet<Int>()
 
     /** Never used twice: numbers are not those of one service. */
     private var next = 0
     private var isOver = false
+
+    /** As [dev.ml2sensors.stream.Ml2Streamer.client]. */
+    fun <Q, A> client(service: String, type: ServiceType<Q, A>): ServiceClient<Q, A> = ServiceClient(
+        this,
+        NamedService(Open.CLIENT, service, type.name, type.layout),
+        { Cdr.encodeToByteArray(type.request, it) },
+        { Cdr.decode(type.response, ByteBuffer.wrap(it), allowsTail = true) },
+    )
+
+    /** As the other one, for a [type] without classes: requests and responses are their CDR. */
+    fun client(service: String, type: String): ServiceClient<ByteArray, ByteArray> =
+        ServiceClient(this, NamedService(Open.CLIENT, service, type, layout = null), { it }, { it })
 
     suspend fun response(client: ServiceClient<*, *>, payload: ByteArray, timeout: Duration): ByteArray {
         val call = Call(client, payload, TimeSource.Monotonic.markNow() + timeout)
@@ -132,16 +122,16 @@ internal class ServiceClients : AppOpenings {
     @Synchronized
     private fun begin(call: Call) {
         if (isOver) return call.fail(ended(call))
-        if (call.client.isClosed) return call.fail(refused(call.client, "the app has closed the client"))
+        if (call.client.isClosed) return call.fail(refusal(call.client, "the app has closed the client"))
         calls += call
-        changes.trySend(Unit)
+        change()
     }
 
     @Synchronized
     fun close(client: ServiceClient<*, *>) {
         client.isClosed = true
-        fail(client) { refused(client, "the app has closed the client") }
-        changes.trySend(Unit)
+        fail(client) { refusal(client, "the app has closed the client") }
+        change()
     }
 
     /** Ends all calls, with the streamer. */
@@ -158,24 +148,14 @@ internal class ServiceClients : AppOpenings {
         failed.forEach { it.fail(error()) }
     }
 
-    override suspend fun serve(lanes: OpeningLanes?) {
-        try {
-            while (true) {
-                if (lanes == null) refuseAll() else serveOnce(lanes)
-                changes.receive()
-            }
-        } finally {
-            endSession()
-        }
-    }
+    override fun wanted() = calls.map { it.client }.distinct()
 
-    private suspend fun serveOnce(lanes: OpeningLanes) {
-        for (id in takeClosed()) lanes.close(id)
-        for (client in unopened()) {
-            val id = lanes.nextId()
-            synchronized(this) { open[client] = id }
-            lanes.open(client.open(id))
-        }
+    override fun isClosed(service: ServiceClient<*, *>) = service.isClosed
+
+    override fun refused(service: ServiceClient<*, *>, why: String): Unit =
+        fail(service) { refusal(service, why) }
+
+    override suspend fun send(lanes: OpeningLanes) {
         while (true) {
             val call = takeSendable() ?: break
             val remaining = (-call.due.elapsedNow()).inWholeNanoseconds
@@ -184,64 +164,23 @@ internal class ServiceClients : AppOpenings {
     }
 
     @Synchronized
-    private fun takeClosed(): List<Int> {
-        val ids = open.filter { (client, id) -> client.isClosed && id in ready }.values.toList()
-        open.values.removeAll(ids.toSet())
-        ready -= ids.toSet()
-        return ids
-    }
-
-    @Synchronized
-    private fun unopened(): List<ServiceClient<*, *>> =
-        calls.map { it.client }.distinct().filter { it !in open }
-
-    @Synchronized
     private fun takeSendable(): Call? {
-        val call = calls.firstOrNull { it.number == null && open[it.client] in ready } ?: return null
-        call.id = open.getValue(call.client)
+        val call = calls.firstOrNull { it.number == null && readyId(it.client) != null } ?: return null
+        call.id = checkNotNull(readyId(call.client))
         call.number = next++
         return call
     }
 
-    @Synchronized
-    private fun refuseAll() {
-        calls.map { it.client }.distinct().forEach { client ->
-            fail(client) { refused(client, "the receiver serves no apps: $WHICH_DOES") }
-        }
-    }
-
     /** A request that was sent has no answer any more; others wait for the next session. */
-    @Synchronized
-    private fun endSession() {
-        open.clear()
-        ready.clear()
+    override fun sessionEnds() {
         val lost = calls.filter { it.number != null }
         calls -= lost.toSet()
         lost.forEach { it.fail(ServiceException.linkDown(it.client.service, "the connection was lost")) }
     }
 
     @Synchronized
-    override fun opened(answer: Opened) {
-        if (answer.id !in open.values) return
-        if (!answer.isOpen) return end(answer.id, answer.reason.orEmpty())
-        ready += answer.id
-        changes.trySend(Unit)
-    }
-
-    @Synchronized
-    override fun closed(end: Closed): Unit = end(end.id, end.reason)
-
-    private fun end(id: Int, why: String) {
-        val client = open.entries.firstOrNull { it.value == id }?.key ?: return
-        open -= client
-        ready -= id
-        fail(client) { refused(client, why) }
-    }
-
-    @Synchronized
     override fun take(frame: Frame, left: () -> Unit): Boolean {
         val header = frame.header
-        if (header.channel !in ready) return false
         val call = calls.firstOrNull { it.id == header.channel && it.number == header.sequence } ?: return false
         calls -= call
         if (frame.kind == FrameKind.RESPONSE) {
@@ -253,9 +192,7 @@ internal class ServiceClients : AppOpenings {
         return true
     }
 
-    override fun counts(): Map<String, Status.OpeningCounts> = emptyMap()
-
-    private fun refused(client: ServiceClient<*, *>, why: String) =
+    private fun refusal(client: ServiceClient<*, *>, why: String) =
         ServiceException(ServiceException.Reason.REFUSED, printable("${client.service}: $why"))
 
     private fun ended(call: Call) = ServiceException.linkDown(call.client.service, "the streamer has ended")

@@ -6,14 +6,11 @@ import dev.ml2sensors.message.rosType
 import dev.ml2sensors.session.AppOpenings
 import dev.ml2sensors.session.OpeningLanes
 import dev.ml2sensors.wire.Closed
-import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.Frame
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Open
 import dev.ml2sensors.wire.Opened
 import dev.ml2sensors.wire.Status
-import dev.ml2sensors.wire.isShort
-import dev.ml2sensors.wire.printable
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
@@ -21,7 +18,7 @@ import kotlinx.serialization.ExperimentalSerializationApi
 import kotlinx.serialization.KSerializer
 import java.nio.ByteBuffer
 
-/** The subscriptions of an app, over all sessions of its streamer. Thread-safe. */
+/** The subscriptions and transforms of an app, over all sessions of its streamer. Thread-safe. */
 internal class Subscriptions : AppOpenings {
     private val wanted = LinkedHashSet<Subscription>()
 
@@ -38,7 +35,7 @@ internal class Subscriptions : AppOpenings {
         maxHz: Double? = null,
         hash: String? = null,
     ): Flow<Received<T>> {
-        val wanted = Wanted(topic, serializer.rosType, serializer.descriptor.layout(), keep, maxHz, hash)
+        val wanted = WantedTopic(topic, serializer.rosType, serializer.descriptor.layout(), keep, maxHz, hash)
         return messages(wanted) { Cdr.decode(serializer, it, allowsTail = true) }
     }
 
@@ -48,22 +45,31 @@ internal class Subscriptions : AppOpenings {
         keep: Keep,
         maxHz: Double? = null,
         hash: String? = null,
-    ): Flow<Received<ByteBuffer>> = messages(Wanted(topic, type, layout = null, keep, maxHz, hash)) { it }
+    ): Flow<Received<ByteBuffer>> = messages(WantedTopic(topic, type, layout = null, keep, maxHz, hash)) { it }
 
-    private fun <T> messages(what: Wanted, decode: (ByteBuffer) -> T): Flow<Received<T>> = flow {
+    private fun <T> messages(what: WantedTopic, decode: (ByteBuffer) -> T): Flow<Received<T>> =
+        frames(what) { frame ->
+            val header = frame.header
+            val time = header.captureNanos.takeIf { it != 0L }
+            Received(decode(ByteBuffer.wrap(frame.body)), time, header.sequence.toUInt().toLong())
+        }
+
+    fun transform(frame: String, reference: String, maxHz: Double?): Flow<StampedPose> =
+        frames(WantedTransform(frame, reference, maxHz), StampedPose::of)
+
+    private fun <T> frames(what: Wanted, decode: (Frame) -> T): Flow<T> = flow {
         val subscription = Subscription(what)
         begin(subscription)
         try {
             while (true) {
                 val frame = subscription.next() ?: break
                 val message = try {
-                    decode(ByteBuffer.wrap(frame.body))
+                    decode(frame)
                 } catch (_: IllegalArgumentException) { // SerializationException is one
                     subscription.countUndecodable()
                     continue
                 }
-                val header = frame.header
-                emit(Received(message, header.captureNanos.takeIf { it != 0L }, header.sequence.toUInt().toLong()))
+                emit(message)
             }
         } finally {
             leave(subscription)
@@ -99,7 +105,7 @@ internal class Subscriptions : AppOpenings {
     private suspend fun refuseAll() {
         while (true) {
             synchronized(this) {
-                wanted.forEach { it.end(SubscriptionException.notServed(it.what.topic)) }
+                wanted.forEach { it.end(SubscriptionException.notServed(it.what.name)) }
                 wanted.clear()
             }
             changes.receive()
@@ -135,7 +141,7 @@ internal class Subscriptions : AppOpenings {
     private fun fail(id: Int, code: String?, why: String) {
         val subscription = open.remove(id) ?: return
         wanted -= subscription
-        subscription.end(SubscriptionException.of(subscription.what.topic, code, why))
+        subscription.end(SubscriptionException.of(subscription.what.name, code, why))
     }
 
     override fun take(frame: Frame, left: () -> Unit): Boolean {
@@ -146,62 +152,7 @@ internal class Subscriptions : AppOpenings {
 
     @Synchronized
     override fun counts(): Map<String, Status.OpeningCounts> =
-        open.entries.associate { (id, subscription) -> "$id" to subscription.counts() }
-}
-
-private const val MOST_IDS = 0xFFFF
-
-/** A topic that a flow is to receive. */
-private class Wanted(
-    val topic: String,
-    private val type: String,
-    layout: String?,
-    val keep: Keep,
-    private val maxHz: Double?,
-    private val hash: String?,
-) {
-    private val layout: String?
-
-    init {
-        require(isShort(topic, MOST_CHARACTERS)) {
-            "topic: expected 1 to $MOST_CHARACTERS printable characters, found '${printable(topic)}'"
-        }
-        require(isShort(type, MOST_CHARACTERS) && TYPE.matches(type)) {
-            "expected a ROS type such as std_msgs/msg/String, of a class by its @SerialName, found '$type'"
-        }
-        require(maxHz == null || (maxHz > 0 && maxHz.isFinite())) { "maxHz: expected more than 0, found $maxHz" }
-        require(hash == null || HASH.matches(hash)) {
-            "hash: expected RIHS01_ and 64 hexadecimal digits, found '${printable(hash.orEmpty())}'"
-        }
-        val bytes = ControlJson.encode(Open.serializer(), open(MOST_IDS, MOST_NUMBER, layout)).size
-        require(bytes <= FrameKind.OPEN.maxLength || hash != null) {
-            "$type has too many fields to be compared by a layout of ${layout?.length} characters: OPEN has room for " +
-                "${FrameKind.OPEN.maxLength} bytes, found $bytes. Give its hash, which `ros2 topic info -v` shows"
-        }
-        this.layout = layout.takeIf { bytes <= FrameKind.OPEN.maxLength }
-    }
-
-    fun open(id: Int, received: Long): Open = open(id, received, layout)
-
-    private fun open(id: Int, received: Long, layout: String?): Open = Open(
-        id,
-        Open.SUBSCRIPTION,
-        topic,
-        type,
-        hash,
-        layout,
-        keep = if (keep is Keep.All) "all" else "latest",
-        depth = (keep as? Keep.All)?.depth,
-        maxHz = maxHz,
-        received = received,
-    )
-
-    private companion object {
-        const val MOST_NUMBER = 0xFFFF_FFFFL
-        const val MOST_CHARACTERS = 255
-        val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
-        val HASH = Regex("RIHS01_[0-9a-f]{64}")
-    }
+        open.filterValues { it.what is WantedTopic }.entries.associate { (id, topic) -> "$id" to topic.counts() }
 }
 
 /** One collection of a flow: its queue, which holds what [Keep] says, and its counters. Thread-safe. */

@@ -28,9 +28,9 @@ internal class ChannelAnnouncer(private val streams: StreamControl, private val 
         openRequest = request
     }
 
-    /** Announces channels that the app has added. */
-    suspend fun announceAdditions(): Unit = announcing.withLock {
-        if (openRequest != null) announce(streams.channels().filter { streams.lane(it.lane).spec.isShared })
+    /** Announces those of the app's [channels] that it has added, whose lanes are joined. */
+    suspend fun announceAdditions(channels: List<ChannelBody>): Unit = announcing.withLock {
+        if (openRequest != null) announce(channels)
     }
 
     /** Ends channels that no longer exist. */

@@ -15,7 +15,7 @@ internal class ChannelCounters {
     private val dropped = AtomicLongArray(DropReason.entries.size)
     private val discardedCount = AtomicLong()
 
-    /** How many messages were made and then dropped. */
+    /** The number of messages that were made and then dropped. */
     val discarded: Long get() = discardedCount.get()
 
     /** Counts one produced message and returns its sequence number, modulo 2^32. */

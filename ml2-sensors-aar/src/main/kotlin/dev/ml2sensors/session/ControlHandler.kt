@@ -2,6 +2,7 @@ package dev.ml2sensors.session
 
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.Bye
 import dev.ml2sensors.wire.Configure
 import dev.ml2sensors.wire.Configured
@@ -43,6 +44,7 @@ internal class ControlHandler(
     private val handling = Mutex()
     private val allowed = if (openings == null) IN_SESSION else IN_SESSION + OpeningLanes.ON_CONTROL
     private val announcer = ChannelAnnouncer(streams, control)
+    private val reports = streams.reports
 
     /**
      * Reads frames until the receiver closes the connection after our BYE. Requests are handled in order by another
@@ -108,11 +110,18 @@ internal class ControlHandler(
 
     /** Announces channels that the app adds. */
     suspend fun reportAdditions() {
-        for (addition in streams.additions) announcer.announceAdditions()
+        for (addition in streams.additions) {
+            handling.withLock {
+                if (stop.isCompleted) return
+                val channels = streams.channels().filter { it.stream == StreamTable.custom.id }
+                lanes.join(channels.map { it.lane }.toSet())
+                announcer.announceAdditions(channels)
+            }
+        }
     }
 
     suspend fun reportFailures() {
-        for (failure in streams.failures) {
+        for (failure in reports.failures) {
             val message = "stream ${failure.stream} ended${failure.ago()}: ${failure.reason}"
             control.write(FrameKind.ERROR, ErrorBody.of(ErrorCode.SOURCE, message, fatal = false))
             announcer.endRemoved()
@@ -121,7 +130,7 @@ internal class ControlHandler(
 
     /** Sends events until all data is [drained]; pending events are sent first. */
     suspend fun reportEvents(drained: Deferred<Unit>): Unit =
-        streams.events.sendUntil(drained) { control.write(FrameKind.EVENT, it) }
+        reports.events.sendUntil(drained) { control.write(FrameKind.EVENT, it) }
 
     /** Sends STATUS once a second and when the state of a stream changes; the final one when all data is [drained]. */
     suspend fun reportStatus(drained: Deferred<Unit>) {
@@ -129,7 +138,7 @@ internal class ControlHandler(
             withTimeoutOrNull(STATUS_INTERVAL) {
                 select {
                     drained.onAwait { }
-                    streams.stateChanges.onReceive { }
+                    reports.stateChanges.onReceive { }
                 }
             }
             if (!drained.isCompleted) writeStatus(final = false)
@@ -144,11 +153,12 @@ internal class ControlHandler(
             Status(
                 final,
                 uptimeSeconds,
-                streams.counts(),
-                hostClock.toBody(streams.timestampBases),
-                streams.thermal,
-                streams.streamStates,
+                reports.counts(),
+                hostClock.toBody(reports.timestampBases),
+                reports.thermal,
+                reports.streamStates,
                 openings?.counts().orEmpty(),
+                openings?.calls().orEmpty(),
             ),
         )
     }

@@ -113,7 +113,7 @@ internal class ControlLane(private val connection: Connection) {
     }
 
     companion object {
-        /** How long input is read after the last frame was sent, PROTOCOL.md. */
+        /** Input is read for this long after the last frame was sent, PROTOCOL.md. */
         val CLOSING_LIMIT = 1.seconds
         private val EMPTY = ByteArray(0)
         private val TICK = 250.milliseconds

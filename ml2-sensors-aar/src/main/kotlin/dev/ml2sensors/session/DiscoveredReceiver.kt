@@ -33,7 +33,7 @@ internal class DiscoveredReceiver(private val browser: ReceiverBrowser, private 
     override fun toString(): String = if (name == null) "any receiver" else "receiver '$name'"
 
     private companion object {
-        /** How long a search waits for a receiver that is just starting. */
+        /** A search waits for this long for a receiver that is just starting. */
         val PATIENCE = 3.seconds
 
         /** RFC 6762, 6: answers come within 120 ms. */

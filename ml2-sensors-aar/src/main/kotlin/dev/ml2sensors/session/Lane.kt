@@ -19,16 +19,16 @@ import java.util.concurrent.atomic.AtomicLong
 internal class Lane(val name: String, val spec: LaneClass, private val suspendsWhenFull: Boolean) {
     private val hasSession = MutableStateFlow(false)
 
-    /** When the write that is under way began, by System.nanoTime(); 0 while there is none. */
+    /** The beginning of the write that is under way, by System.nanoTime(); 0 while there is none. */
     @Volatile
     private var writingSinceNanos = 0L
 
-    /** Since when there has always been a frame to send, by System.nanoTime(); null while there is none. */
+    /** The time since which there has always been a frame to send, by System.nanoTime(); null while there is none. */
     @Volatile
     var waitingSinceNanos: Long? = null
         private set
 
-    /** How many frames were dropped, or not even made, because the queue was full. */
+    /** The number of frames that were dropped, or not even made, because the queue was full. */
     val overflows: Long get() = overflowCount.get()
     private val overflowCount = AtomicLong()
 

@@ -39,7 +39,10 @@ internal interface AppOpenings {
     fun take(frame: Frame, left: () -> Unit): Boolean
 
     /** Returns the counters of the present session's subscriptions by id, as in STATUS. */
-    fun counts(): Map<String, Status.OpeningCounts>
+    fun counts(): Map<String, Status.OpeningCounts> = emptyMap()
+
+    /** Returns the counters of the present session's clients and services by id, as in STATUS. */
+    fun calls(): Map<String, Status.CallCounts> = emptyMap()
 }
 
 /** The openings of an app of several kinds. */
@@ -56,6 +59,9 @@ internal class AllOpenings(private vararg val parts: AppOpenings) : AppOpenings 
 
     override fun counts(): Map<String, Status.OpeningCounts> =
         parts.fold(emptyMap()) { counts, part -> counts + part.counts() }
+
+    override fun calls(): Map<String, Status.CallCounts> =
+        parts.fold(emptyMap()) { counts, part -> counts + part.calls() }
 }
 
 /**
@@ -106,8 +112,21 @@ internal class OpeningLanes(
         blockingIo { ros.write(FrameKind.REQUEST, payload, id, number, limitNanos) }
     }
 
+    /** Sends the RESPONSE or FAILURE to a REQUEST of the receiver, unless the session is over. */
+    suspend fun answer(id: Int, number: Int, kind: FrameKind, body: ByteArray) {
+        openings.answered(id, number)
+        try {
+            blockingIo { connections.getValue(RosLanes.ROS).writer.write(kind, body, id, number) }
+        } catch (_: IOException) {
+            // The reader of the lane has the reason
+        }
+    }
+
     /** As [AppOpenings.counts]. */
     fun counts(): Map<String, Status.OpeningCounts> = app.counts()
+
+    /** As [AppOpenings.calls]. */
+    fun calls(): Map<String, Status.CallCounts> = app.calls()
 
     /** Takes an OPENED or CLOSED; never waits. */
     fun received(frame: Frame) {
@@ -169,9 +188,7 @@ internal class OpeningLanes(
             while (true) {
                 val frame = blockingIo { connection.read(allowed) } ?: return
                 val failure = openings.received(name, frame) ?: continue
-                val body = ControlJson.encode(failure)
-                val (channel, number) = frame.header.channel to frame.header.sequence
-                blockingIo { connection.writer.write(FrameKind.FAILURE, body, channel, number) }
+                answer(frame.header.channel, frame.header.sequence, FrameKind.FAILURE, ControlJson.encode(failure))
             }
         } catch (_: ClosedChannelException) {
             // The session has ended

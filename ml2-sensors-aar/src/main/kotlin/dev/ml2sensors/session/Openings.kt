@@ -41,7 +41,7 @@ internal class Openings(
     private val live = HashMap<Int, Opening>()
     private val taken = HashMap<Int, Int>()
 
-    /** How many frames were discarded because their opening had ended, or nobody waited for the answer any more. */
+    /** The number of frames discarded because their opening had ended, or nobody waited for the answer any more. */
     @get:Synchronized
     var late: Long = 0
         private set

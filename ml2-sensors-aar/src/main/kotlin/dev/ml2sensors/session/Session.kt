@@ -56,7 +56,7 @@ internal class Session(
             val control = ControlLane(unlessStopped(stop) { open(urgent = true) } ?: return)
             try {
                 val welcome = unlessStopped(stop) { exchangeHello(control, hello) } ?: return
-                streams.beginSession(welcome.received)
+                streams.beginSession(welcome.received, servesApps = app != null && welcome.ros != null)
                 onWelcome(welcome.name)
                 runParts(control, welcome, stop)
             } catch (e: ProtocolException) {

@@ -9,28 +9,19 @@ import kotlinx.coroutines.channels.ReceiveChannel
 import kotlin.time.Duration
 import kotlin.time.TimeSource
 
-/**
- * The control of the device's streams by a session. Called by one coroutine at a time, except [channels], [refuse] and
- * [counts].
- */
+/** A session's control of the device's streams. Called by one coroutine at a time, except [channels] and [refuse]. */
 internal interface StreamControl {
-    /** Ids of the streams that can be configured. */
-    val capabilities: List<String>
-
-    /** The clock that stamps each stream's captures, by stream id, as in STATUS. */
-    val timestampBases: Map<String, String>
-
-    /** The thermal state as in STATUS, null if unknown. */
-    val thermal: String?
+    /** Says how the streams fare. */
+    val reports: StreamReports
 
     /** The time limit for sending queued data after [stopSources]. */
     val drainLimit: Duration
 
     /**
      * Starts a session. [received] is the number of messages per topic that the peer has received from this instance,
-     * null if it cannot know.
+     * null if it cannot know. It [servesApps] if it knows more than plain topics of the app.
      */
-    fun beginSession(received: Map<String, Long>?)
+    fun beginSession(received: Map<String, Long>?, servesApps: Boolean)
 
     /**
      * Configures the [requested] streams, with frame ids that begin with [framePrefix], and stops all others. Images
@@ -59,8 +50,20 @@ internal interface StreamControl {
     /** Records that the receiver does not publish [channel], for a [reason]. */
     fun refuse(channel: Int, reason: String)
 
-    /** Receives an element when the app has added [channels] on the lane `sensors`. */
+    /** Receives an element when the app has added [channels]. */
     val additions: ReceiveChannel<Unit>
+
+    /** Stops all sources; returns when the last message has been offered. */
+    suspend fun stopSources()
+}
+
+/** The reports of a session on the device's streams. Thread-safe. */
+internal interface StreamReports {
+    /** The clock that stamps each stream's captures, by stream id, as in STATUS. */
+    val timestampBases: Map<String, String>
+
+    /** The thermal state as in STATUS, null if unknown. */
+    val thermal: String?
 
     /** The state of each requested stream by id, as in STATUS. */
     val streamStates: Map<String, Status.Stream>
@@ -73,9 +76,6 @@ internal interface StreamControl {
 
     /** The events for users. */
     val events: EventQueue
-
-    /** Stops all sources; returns when the last message has been offered. */
-    suspend fun stopSources()
 
     /** Returns the counters by topic. */
     fun counts(): Map<String, Status.ChannelCounts>

@@ -28,7 +28,7 @@ internal class TimeLane(
         val joined = TimeSource.Monotonic.markNow()
         while (!isOver) {
             val asked = TimeSource.Monotonic.markNow()
-            hostClock.add(blockingIo { pacing.measured(::exchange) } ?: return)
+            hostClock.add(blockingIo { pacing.measured(::exchange, ::thereNanos) } ?: return)
             val interval = if (joined.elapsedNow() < BURST) BURST_INTERVAL else STEADY_INTERVAL
             delay(interval - asked.elapsedNow())
         }
@@ -48,6 +48,8 @@ internal class TimeLane(
             TimeBodies.exchange(t1, frame.body, t4)?.let { return it }
         }
     }
+
+    private fun thereNanos(exchange: TimeExchange?) = exchange?.let(hostClock::thereNanos)
 
     private companion object {
         val REPLY = setOf(FrameKind.TIME_REPLY)

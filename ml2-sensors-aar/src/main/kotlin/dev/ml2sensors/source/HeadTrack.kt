@@ -7,7 +7,7 @@ import dev.ml2sensors.message.interpolate
 internal class HeadTrack {
     private val samples = ArrayDeque<PoseSample>()
 
-    /** Whether poses before the oldest of [samples] are lost. */
+    /** True if poses before the oldest of [samples] are lost. */
     private var hasLosses = false
 
     /** Adds the next pose; a pose in a new world makes the earlier ones unusable. */
@@ -46,8 +46,8 @@ internal class HeadTrack {
 
     companion object {
         /**
-         * How many missing poses are interpolated over: the head moves nearly straight within 67 ms. After a longer gap
-         * the caller calls [lose] or [clear].
+         * The most missing poses that are interpolated over: the head moves nearly straight within 67 ms. After a
+         * longer gap the caller calls [lose] or [clear].
          */
         const val MAX_BRIDGED: Int = 3
 

@@ -28,7 +28,7 @@ public interface Headset : AutoCloseable {
     /** The clock that was found to stamp each stream, by stream id; empty if it is not in question. */
     public val timestampBases: Map<String, ClockDomain> get() = emptyMap()
 
-    /** How long the device has been suspended since it booted, in ns, which [clock] includes; 0 if it never is. */
+    /** The time for which the device was suspended since it booted, in ns; 0 if it never is. [clock] includes it. */
     public val suspendedNanos: Long get() = 0
 
     /**

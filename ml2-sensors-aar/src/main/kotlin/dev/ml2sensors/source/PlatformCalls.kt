@@ -23,7 +23,7 @@ internal class NoAnswerException(what: String, limit: Duration) :
  * at once until it returns. Thread-safe.
  */
 internal open class PlatformCalls(private val limit: Duration = LIMIT) {
-    /** How many calls of each name have not returned in time. */
+    /** The number of calls that have not returned in time, by name. */
     private val unanswered = ConcurrentHashMap<String, Int>()
 
     /**

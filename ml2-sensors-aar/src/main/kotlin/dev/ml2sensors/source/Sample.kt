@@ -57,6 +57,65 @@ public class PosesSample(override val captureNanos: Long, public val poses: List
     }
 }
 
+/** The [markers] that the headset tracks at one instant, each with another frame; there may be none. */
+public class MarkersSample(override val captureNanos: Long, public val markers: List<Marker>) : Sample
+
+/**
+ * A marker in the world frame.
+ *
+ * @property frame its name in the transform tree: `tag36h11:7`, `marker_7`, or `qr_` and a hash of the content.
+ * @property content its number, or the text of a QR code.
+ * @property pose its centre. Axes of ArUco and QR: x right, y up, z out of the face; of AprilTag: x right, y down, z into
+ *   the face.
+ * @property sizeM side of its black square in metres.
+ * @property reprojectionErrorM how far off its corners are, metres.
+ */
+public class Marker(
+    public val frame: String,
+    public val content: String,
+    public val pose: Transform,
+    public val sizeM: Double,
+    public val reprojectionErrorM: Double,
+)
+
+/**
+ * The headset's localization in a saved map at one instant.
+ *
+ * @property origin the origin of the map in the world frame, z up; null while the headset is not in the map that was
+ *   asked for, with enough confidence.
+ * @property state what the headset says of it.
+ */
+public class MapSample(
+    override val captureNanos: Long,
+    public val origin: Transform?,
+    public val state: MapState,
+) : Sample
+
+/**
+ * The localization of the headset, in its own words.
+ *
+ * @property localization `unknown`, `not_localized`, `localized`, `pending` or `sleeping_before_retry`.
+ * @property confidence `poor`, `fair`, `good` or `excellent`.
+ * @property errors why it is low: `unknown`, `out_of_mapped_area`, `low_feature_count`, `excessive_motion`, `low_light`
+ *   and `headpose`.
+ * @property name of the current map; empty without one.
+ * @property uuid of the current map; empty without one.
+ * @property type of the current map: `on_device` or `cloud`.
+ */
+public data class MapState(
+    val localization: String,
+    val confidence: String,
+    val errors: List<String>,
+    val name: String,
+    val uuid: String,
+    val type: String,
+) {
+    internal companion object {
+        /** The confidences, the least first. */
+        val CONFIDENCES: List<String> = listOf("poor", "fair", "good", "excellent")
+    }
+}
+
 /**
  * Buttons, trigger and touchpad of the controller.
  *

@@ -24,6 +24,13 @@ import kotlinx.serialization.Serializable
  * @property backend `sdk` or `openxr`.
  * @property cameraId Camera2's number of the RGB camera: 0 or 1.
  * @property bitRateMbit of video, in Mbit/s: 1 to 100.
+ * @property markerType of markers: `april_tag`, `aruco` or `qr`.
+ * @property dictionary of markers, such as `36h11` or `5X5_100`.
+ * @property sizeM side of a marker's black square in metres.
+ * @property profile of the detector of markers: `default`, `speed`, `accuracy`, `small_targets` or `large_fov`.
+ * @property camera that looks for markers: `auto`, `world` or `rgb`.
+ * @property localize name or UUID of the map to localize in; empty for that of the headset's settings.
+ * @property minConfidence of a map's pose: `poor`, `fair`, `good` or `excellent`.
  */
 @Serializable
 public data class StreamValues(
@@ -42,6 +49,13 @@ public data class StreamValues(
     val backend: String? = null,
     @SerialName("camera_id") val cameraId: Int? = null,
     @SerialName("bit_rate_mbit") val bitRateMbit: Int? = null,
+    @SerialName("type") val markerType: String? = null,
+    val dictionary: String? = null,
+    @SerialName("size_m") val sizeM: Double? = null,
+    val profile: String? = null,
+    val camera: String? = null,
+    val localize: String? = null,
+    @SerialName("min_confidence") val minConfidence: String? = null,
 ) {
     public companion object {
         /** The format of video for image_transport. */

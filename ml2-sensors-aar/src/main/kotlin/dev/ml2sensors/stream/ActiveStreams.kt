@@ -15,14 +15,10 @@ import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.ChannelBody
-import dev.ml2sensors.wire.Event
-import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
-import kotlinx.coroutines.channels.BufferOverflow
-import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.channels.ReceiveChannel
 import kotlinx.coroutines.currentCoroutineContext
 import kotlinx.coroutines.flow.StateFlow
@@ -64,17 +60,18 @@ internal class ActiveStreams(
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
     private var frameIds = FrameIds()
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
-    private val trackingEvents = TrackingEvents { events.add(it) }
-    private val tree = TransformTree(clock.stamps, isLive = !isRecording, trackingEvents) { events.add(it) }
+    private val events = EventQueue()
+    private val trackingEvents = TrackingEvents(events::add)
+    private val tree = TransformTree(clock.stamps, isLive = !isRecording, trackingEvents, events::add)
     private val headWatch = HeadWatch(this.headset, streamScope, trackingEvents)
 
     private val adaptation = ImageAdaptation(outgoing::lane) {
         events.add(it)
         streams.changes.trySend(Unit)
     }
-    private val pipelines = StreamPipelines(outgoing, clock.stamps, tree, adaptation, this.headset.videoEncoders) {
-        events.add(it)
-    }
+    private val pipelines =
+        StreamPipelines(outgoing, clock.stamps, tree, adaptation, this.headset.videoEncoders, events::add)
+    override val reports: DeviceReports = DeviceReports(this.headset, outgoing, streams, adaptation, events)
     private val local = LocalStreams(this.headset, streamScope, ::setState)
 
     @Volatile
@@ -94,33 +91,22 @@ internal class ActiveStreams(
     /** As [Headset.holds], of derived streams too. */
     val holds: Map<String, String> get() = headset.holds
 
-    override val streamStates: Map<String, Status.Stream> get() = streams.toBodies(adaptation::lowered)
-
-    override val stateChanges: ReceiveChannel<Unit> get() = streams.changes
-
-    override val failures: Channel<SourceFailure> = Channel(MOST_FAILURES, BufferOverflow.DROP_OLDEST)
-
-    override val events: EventQueue = EventQueue()
-
     override val additions: ReceiveChannel<Unit> get() = custom.additions
 
     override val drainLimit: Duration = if (isRecording) Duration.INFINITE else 2.seconds
 
-    override val timestampBases: Map<String, String>
-        get() = headset.timestampBases.mapValues { (_, base) -> base.wireName }
-
-    override val thermal: String? get() = headset.thermal?.wireName
-
-    override val capabilities: List<String>
+    /** Ids of the streams that can be configured. */
+    val capabilities: List<String>
         get() = StreamTable.all.filter { headset.negotiate(it, it.defaultValues()) !is Answer.Refused }.map { it.id }
 
     /** As [Ml2Streamer.publisher]. */
-    fun publisher(name: String, type: String): TopicPublisher = custom.publisher(name, type)
+    fun publisher(name: String, type: String, isLatched: Boolean, isLarge: Boolean, will: Will?): TopicPublisher =
+        custom.publisher(name, type, isLatched, isLarge, will)
 
     override fun refuse(channel: Int, reason: String): Unit = custom.refuse(channel, reason)
 
-    override fun beginSession(received: Map<String, Long>?) {
-        custom.beginSession()
+    override fun beginSession(received: Map<String, Long>?, servesApps: Boolean) {
+        custom.beginSession(servesApps)
         if (received != null) outgoing.reconcile(received)
     }
 
@@ -206,7 +192,7 @@ internal class ActiveStreams(
             if (isRecording) clock.freeze()
             changes.withLock {
                 headWatch.end()
-                // What was configured in the meantime has a START of its own
+                // A stream that was configured in the meantime has a START of its own
                 val new = configured.filter { (spec, values) -> accepted[spec] == values && spec !in running }
                 // The tree first, so that no image comes before it, and nothing that is new is said twice
                 val (tf, others) = new.entries.partition { it.key == StreamTable.tf }
@@ -244,8 +230,6 @@ internal class ActiveStreams(
         stopping.end(local.take() + jobs)
     }
 
-    override fun counts(): Map<String, Status.ChannelCounts> = outgoing.counts()
-
     /** Waits until a recording has been delivered completely; returns the reason. Live sensors never end. */
     suspend fun awaitEnd(): String {
         recordingEnd.await()
@@ -282,15 +266,12 @@ internal class ActiveStreams(
                 remove(spec)
                 streams.setStopped(spec.id, StreamState.Failed(e.words()))
             }
-            failures.send(SourceFailure(spec.id, e.words()))
+            reports.failures.send(SourceFailure(spec.id, e.words()))
         }
         changes.withLock { recordingEnd.end(spec, accepted.keys) }
     }
 
     private companion object {
-        /** More than the number of streams: each fails once until it is requested again. */
-        const val MOST_FAILURES = 64
-
         /** More than the number of streams, of which each may block a thread, and the watchdogs beside them. */
         const val MOST_BLOCKED = 256
     }

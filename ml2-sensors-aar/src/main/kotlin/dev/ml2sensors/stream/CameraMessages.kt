@@ -22,22 +22,25 @@ internal fun ImageSample.toImage(
     header: Header,
     encoding: String,
     pixels: ByteBuffer,
-): Image =
-    Image(
+): Image {
+    // A compressed image has no rows; those of the planes beside it have no padding.
+    val strideBytes = if (strideBytes == 0) pixels.remaining() / height else strideBytes
+    return Image(
         header,
         height = height.toUInt(),
         width = width.toUInt(),
         encoding = encoding,
         isBigendian = 0u,
         step = strideBytes.toUInt(),
-        data = rows(pixels),
+        data = rows(pixels, strideBytes, height),
     )
+}
 
 /**
  * Returns the rows of a plane for sensor_msgs/Image: whole rows of its stride, and nothing after the last. Copies only
  * if the last row needs padding.
  */
-private fun ImageSample.rows(plane: ByteBuffer): ByteBuffer {
+private fun rows(plane: ByteBuffer, strideBytes: Int, height: Int): ByteBuffer {
     val size = Math.multiplyExact(strideBytes, height)
     val rows = plane.duplicate().order(plane.order())
     if (plane.remaining() >= size) return rows.apply { limit(position() + size) }

@@ -19,6 +19,7 @@ internal fun Answer?.customRefusal(): String? = when (this) {
 /** The topics that the app defines, and which of them the receiver accepts at present. Thread-safe. */
 internal class CustomTopics(private val outgoing: TopicChannels, private val stamps: StampMap) {
     private val publishers = LinkedHashMap<String, TopicPublisher>()
+    private var servesApps = true
 
     /** The reason why the receiver accepts none of them; null if it does, and before its first CONFIGURE. */
     @get:Synchronized
@@ -38,13 +39,17 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
 
     /** As [Ml2Streamer.publisher]. */
     @Synchronized
-    fun publisher(name: String, type: String): TopicPublisher {
+    fun publisher(name: String, type: String, isLatched: Boolean, isLarge: Boolean, will: Will?): TopicPublisher {
         publishers[name]?.let {
             require(it.type == type) { "${it.topic} is ${it.type}, not $type" }
+            require(it.isLatched == isLatched && it.isLarge == isLarge && it.channel.will == will) {
+                "${it.topic} was made with another isLatched, isLarge or will"
+            }
             return it
         }
-        val spec = StreamTable.customTopics.topic(name, type, known = publishers.size)
-        val publisher = TopicPublisher(outgoing.custom(spec, publishers.size), stamps)
+        val spec = StreamTable.customTopics.topic(name, type, publishers.size, isLatched, isLarge)
+        val publisher = TopicPublisher(outgoing.custom(spec, publishers.size, will), stamps)
+        publisher.reset(servesApps)
         publisher.allRefusal = refusal
         publishers[name] = publisher
         additions.trySend(Unit)
@@ -52,14 +57,16 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
     }
 
     @Synchronized
-    fun channels(): List<TopicChannel> = publishers.values.map { it.channel }
+    fun channels(): List<TopicChannel> =
+        publishers.values.filter { servesApps || it.isPlain }.map { it.channel }
 
-    /** Starts a session: its receiver does not know any topic yet. */
+    /** Starts a session: its receiver does not know any topic yet, and knows plain ones alone unless it [servesApps]. */
     @Synchronized
-    fun beginSession() {
+    fun beginSession(servesApps: Boolean) {
         session++
         refusal = null
-        publishers.values.forEach { it.reset() }
+        this.servesApps = servesApps
+        publishers.values.forEach { it.reset(servesApps) }
     }
 
     /** Opens the channels [ids], unless that [session] is over. */
@@ -83,5 +90,5 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
     }
 
     @Synchronized
-    private fun close() = publishers.values.forEach { it.reset() }
+    private fun close() = publishers.values.forEach { it.reset(servesApps) }
 }

@@ -9,6 +9,9 @@ internal data class FrameIds(private val prefix: String = "") {
 
     val head: String get() = prefix + StreamTable.HEAD_FRAME
 
+    /** Returns the frame id of a marker that is called [name]. */
+    fun ofMarker(name: String): String = prefix + name
+
     /** Returns the frame id of messages of [stream]; empty for those of the app. */
     fun of(stream: StreamSpec): String = if (stream.frameId.isEmpty()) "" else prefix + stream.frameId
 

@@ -2,6 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.message.BatteryState
+import dev.ml2sensors.message.Detection3DArray
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Imu
 import dev.ml2sensors.message.Joy
@@ -15,6 +16,7 @@ import dev.ml2sensors.source.ImuUnit
 import dev.ml2sensors.source.InertialSample
 import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.MarkersSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
@@ -48,6 +50,8 @@ internal class MeasurementPipeline(
                 }
 
                 is PosesSample -> publish(sample, PoseArray.serializer()) { PoseArray(it, sample.poses) }
+
+                is MarkersSample -> publish(sample, Detection3DArray.serializer()) { sample.toMessage(it, frameIds) }
 
                 is InputSample -> publish(sample, Joy.serializer()) { sample.toMessage(it) }
 

@@ -8,6 +8,9 @@ import dev.ml2sensors.ros.Keep
 import dev.ml2sensors.ros.Received
 import dev.ml2sensors.ros.ServiceClient
 import dev.ml2sensors.ros.ServiceClients
+import dev.ml2sensors.ros.ServiceServer
+import dev.ml2sensors.ros.ServiceServers
+import dev.ml2sensors.ros.StampedPose
 import dev.ml2sensors.ros.SubscriptionException
 import dev.ml2sensors.ros.Subscriptions
 import dev.ml2sensors.session.AllOpenings
@@ -65,7 +68,8 @@ public class Ml2Streamer(
     private val hostClock = HostClock(headset.clock)
     private val active = ActiveStreams(headset.withoutUnprotectedEyeImages(security), hostClock, scope)
     private val subscriptions = Subscriptions()
-    private val clients = ServiceClients()
+    internal val clients = ServiceClients()
+    internal val servers = ServiceServers()
     private val stopReason = CompletableDeferred<String>()
     private val mutableState = MutableStateFlow<StreamerState>(StreamerState.Connecting(reason = null))
     private val instanceId = UUID.randomUUID().toString()
@@ -80,12 +84,22 @@ public class Ml2Streamer(
     /**
      * Returns the publisher of the app's own topic `custom/[name]` with messages of a ROS [type] such as
      * `std_msgs/msg/Float32`; the same one for the same name. Topics can be added before and after [start], and exist
-     * as long as the streamer.
+     * as long as the streamer. An absolute name, such as `/cmd_vel`, is published as it is, if the receiver's user
+     * allows it (`app.publish`); [TopicPublisher.refusal] says if not. What follows needs such a receiver, too:
      *
-     * @throws IllegalArgumentException if ROS does not allow the name or type, or the topic has another type.
+     * @param isLatched keeps the newest message for subscribers that come later (transient local).
+     * @param isLarge lets messages have up to 16 MiB. They give way to sensors, as images do.
+     * @param will what the receiver publishes when the app falls silent.
+     * @throws IllegalArgumentException if ROS does not allow the name or type, or the topic was made otherwise.
      * @throws IllegalStateException if there are already 32, the most for one run of the app.
      */
-    public fun publisher(name: String, type: String): TopicPublisher = active.publisher(name, type)
+    public fun publisher(
+        name: String,
+        type: String,
+        isLatched: Boolean = false,
+        isLarge: Boolean = false,
+        will: Will? = null,
+    ): TopicPublisher = active.publisher(name, type, isLatched, isLarge, will)
 
     /**
      * Receives the messages of a ROS [topic] while the flow is collected. The receiver's user has to allow the topic
@@ -126,13 +140,38 @@ public class Ml2Streamer(
     ): Flow<Received<ByteBuffer>> = subscriptions.subscribe(topic, type, keep, maxHz, hash)
 
     /**
+     * Receives the pose of [frame] in [reference] while the flow is collected, from the transforms of ROS. The
+     * receiver's user has to allow `/tf` (`app.subscribe`). Nothing comes while no transforms connect the frames, and
+     * while the pose does not change. A slow collector gets the newest pose alone. Otherwise the flow is as that of
+     * [subscribe].
+     *
+     * @param maxHz the greatest rate; the receiver sends 120 poses per second at most.
+     * @return a flow that fails with [SubscriptionException] if the receiver refuses the transforms or withdraws them.
+     */
+    public fun transform(frame: String, reference: String, maxHz: Double? = null): Flow<StampedPose> =
+        subscriptions.transform(frame, reference, maxHz)
+
+    /**
      * Returns a client of a [service] of ROS, such as `client("/pause", SetBool)`. The receiver's user has to allow the
      * service (`app.call`).
      *
      * @throws IllegalArgumentException if ROS does not allow the type's name, or its classes have no CDR.
      */
     public fun <Q, A> client(service: String, type: ServiceType<Q, A>): ServiceClient<Q, A> =
-        ServiceClient(clients, service, type)
+        clients.client(service, type)
+
+    /**
+     * Offers a service [name] to nodes of ROS until it is closed, such as
+     * `service("custom/stop", Trigger) { Trigger.Response(true, "") }`. A relative name is below the headset's prefix in
+     * ROS. The receiver's user has to allow it: by `custom.enabled` below `custom/`, else by `app.offer`.
+     *
+     * @param answer returns the response to a request. Requests are answered at the same time, by up to 64 threads that
+     * may block. It is cancelled when the answer is not waited for any more: after 10 s, or with the connection. If it
+     * throws, or the response has more than 64 KiB, the caller gets a failure.
+     * @throws IllegalArgumentException if ROS does not allow the type's name, or its classes have no CDR.
+     */
+    public fun <Q, A> service(name: String, type: ServiceType<Q, A>, answer: suspend (Q) -> A): ServiceServer =
+        servers.offer(name, type, answer)
 
     /**
      * Returns the ROS time in ns of what was captured at [captureNanos] on the headset's clock, for the header of a
@@ -146,12 +185,12 @@ public class Ml2Streamer(
     public fun status(receiver: String = ""): StreamerStatus = StreamerStatus.of(this, receiver)
 
     /** Returns the current counters, as in STATUS. */
-    internal fun counts(): Map<String, Status.ChannelCounts> = active.counts()
+    internal fun counts(): Map<String, Status.ChannelCounts> = active.reports.counts()
 
     /** As [Headset.holds]. */
     internal val holds: Map<String, String> get() = active.holds
 
-    internal fun clock(): Status.Clock = hostClock.toBody(active.timestampBases)
+    internal fun clock(): Status.Clock = hostClock.toBody(active.reports.timestampBases)
 
     /** Starts connecting. */
     @Synchronized
@@ -160,7 +199,7 @@ public class Ml2Streamer(
         if (isWarm.compareAndSet(false, true)) active.warming = scope.launch { warmUp() }
         running = scope.launch {
             val ending = launch { stopReason.complete(active.awaitEnd()) }
-            val reporting = launch { headset.reportSuspends(active.events) }
+            val reporting = launch { headset.reportSuspends(active.reports.events) }
             try {
                 stayConnected()
             } catch (e: Error) {
@@ -197,6 +236,7 @@ public class Ml2Streamer(
         mutableState.value = StreamerState.Ended(stopReason.await())
         subscriptions.end()
         clients.end()
+        servers.end()
     }
 
     private suspend fun stayConnected() {
@@ -225,7 +265,14 @@ public class Ml2Streamer(
     }
 
     private fun session(receiver: ReceiverAddress) =
-        Session(receiver, security, headset.clock, hostClock, active, app = AllOpenings(subscriptions, clients))
+        Session(
+            receiver,
+            security,
+            headset.clock,
+            hostClock,
+            active,
+            app = AllOpenings(subscriptions, clients, servers),
+        )
 
     private fun hello() = Hello(
         listOf(FrameHeader.VERSION),
@@ -235,13 +282,13 @@ public class Ml2Streamer(
         software = "ml2-sensors ${Version.NAME}",
         Hello.Capabilities(active.capabilities, ros = true),
         headset.permissions,
-        active.counts(),
+        active.reports.counts(),
     )
 
     private companion object {
         val STOP_LIMIT = 8.seconds
 
-        /** How long a session has to last before the next one may follow as soon as if it were the first. */
+        /** After a session that lasted longer, the next one may follow as soon as if it were the first. */
         val LASTING = 2.seconds
 
         /** For the end of what was cancelled; longer than streams take to stop. */
@@ -250,22 +297,4 @@ public class Ml2Streamer(
         /** True once this process has warmed up. */
         val isWarm = AtomicBoolean()
     }
-}
-
-/** The state of a streamer. */
-public sealed interface StreamerState {
-    /** There is no session. [reason] says why the last one failed or ended; null before the first. */
-    public data class Connecting(
-        val reason: String?,
-    ) : StreamerState
-
-    /** There is a session with the receiver [receiverName]. */
-    public data class Connected(
-        val receiverName: String,
-    ) : StreamerState
-
-    /** The streamer has ended for this [reason]: it was stopped, a recording is over, or the library failed. */
-    public data class Ended(
-        val reason: String,
-    ) : StreamerState
 }

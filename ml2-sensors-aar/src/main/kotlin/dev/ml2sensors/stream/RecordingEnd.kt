@@ -4,8 +4,8 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.CompletableDeferred
 
 /**
- * When a recording is over: all its streams that are accepted or have begun have ended. So a paused stream keeps its
- * rest. Used under one lock, except [await].
+ * Finds the end of a recording: all its streams that are accepted or have begun have ended. So a paused stream keeps
+ * its rest. Used under one lock, except [await].
  */
 internal class RecordingEnd {
     private val ended = HashSet<StreamSpec>()

@@ -9,6 +9,7 @@ import dev.ml2sensors.pacing.AdaptedStream
 import dev.ml2sensors.pacing.ImageSetting
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.MarkersSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
@@ -54,10 +55,22 @@ internal class StreamPipelines(
                 CameraPipeline(spec, channels, stamps, tree, frameIds, images, encoder, video, report).run(samples)
             }
 
-            spec == StreamTable.controller -> {
-                val seen = samples.onEach { if (it is PoseSample) tree.controller(it) }
+            spec == StreamTable.controller || spec == StreamTable.markers -> {
+                val seen = samples.onEach {
+                    if (it is PoseSample) tree.controller(it)
+                    if (it is MarkersSample) tree.markers(it)
+                }
                 MeasurementPipeline(spec, values, channels.single(), stamps, frameIds).run(seen)
             }
+
+            spec == StreamTable.map -> MapPipeline(
+                values,
+                channels.single(),
+                stamps,
+                tree,
+                frameIds,
+                report,
+            ).run(samples)
 
             else -> MeasurementPipeline(spec, values, channels.single(), stamps, frameIds).run(samples)
         }

@@ -79,3 +79,21 @@ public class StreamerStatus(
         }
     }
 }
+
+/** The state of a streamer. */
+public sealed interface StreamerState {
+    /** There is no session. [reason] says why the last one failed or ended; null before the first. */
+    public data class Connecting(
+        val reason: String?,
+    ) : StreamerState
+
+    /** There is a session with the receiver [receiverName]. */
+    public data class Connected(
+        val receiverName: String,
+    ) : StreamerState
+
+    /** The streamer has ended for this [reason]: it was stopped, a recording is over, or the library failed. */
+    public data class Ended(
+        val reason: String,
+    ) : StreamerState
+}

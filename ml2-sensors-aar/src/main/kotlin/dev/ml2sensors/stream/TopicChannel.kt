@@ -18,6 +18,7 @@ internal class TopicChannel(
     val id: Int,
     val topic: TopicSpec,
     val lane: Lane,
+    val will: Will? = null,
 ) {
     val counters = ChannelCounters()
     private val encoder = PayloadEncoder()
@@ -64,5 +65,15 @@ internal class TopicChannel(
 
     /** Returns the body of CHANNEL for this topic of [spec]. */
     fun describe(spec: StreamSpec, frameIds: FrameIds): ChannelBody =
-        ChannelBody(id, spec.id, topic.role, topic.name, topic.type, topic.qos, frameIds.of(spec), topic.lane)
+        ChannelBody(
+            id,
+            spec.id,
+            topic.role,
+            topic.name,
+            topic.type,
+            topic.qos,
+            frameIds.of(spec),
+            topic.lane,
+            will?.body,
+        )
 }

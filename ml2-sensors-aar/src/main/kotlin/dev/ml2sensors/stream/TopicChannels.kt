@@ -28,8 +28,8 @@ internal class TopicChannels(private val suspendsWhenFull: Boolean) {
         }
 
     /** Returns the channel of the app's topic number [index], from 0. */
-    fun custom(topic: TopicSpec, index: Int): TopicChannel = byTopic.computeIfAbsent(topic.name) {
-        TopicChannel(ALL_TOPICS.size + 1 + index, topic, lane(topic.lane))
+    fun custom(topic: TopicSpec, index: Int, will: Will?): TopicChannel = byTopic.computeIfAbsent(topic.name) {
+        TopicChannel(ALL_TOPICS.size + 1 + index, topic, lane(topic.lane), will)
     }
 
     /** Returns the lane with this name, which has to be one of the table. */
@@ -48,6 +48,6 @@ internal class TopicChannels(private val suspendsWhenFull: Boolean) {
     private companion object {
         val ALL_TOPICS = StreamTable.all.flatMap { it.topics }
         val LANE_CLASSES = ALL_TOPICS.associate { it.lane to it.laneClass } +
-            StreamTable.customTopics.run { lane to laneClass }
+            StreamTable.customTopics.lanes
     }
 }

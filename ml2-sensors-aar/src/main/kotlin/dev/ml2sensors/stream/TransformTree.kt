@@ -13,6 +13,8 @@ import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.HeadPose
 import dev.ml2sensors.source.HeadTrack
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.MapSample
+import dev.ml2sensors.source.MarkersSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamSpec
@@ -106,11 +108,28 @@ internal class TransformTree(
         }
 
     /** Adds a sample of the controller, which is a child of the world in both layouts. */
-    suspend fun controller(sample: PoseSample): Unit = inSession {
-        val pose = sample.pose ?: return
-        if (stamps.isFuture(sample.captureNanos)) return lose(1, stamps.lossReason(sample.captureNanos))
-        val frames = listOf(frameIds.of(StreamTable.controllerJoy) to pose)
-        publish(sample.captureNanos, stamps.stampNanos(sample.captureNanos), frames)
+    suspend fun controller(sample: PoseSample): Unit =
+        sample.pose?.let { children(sample.captureNanos, listOf(frameIds.of(StreamTable.controllerJoy) to it)) } ?: Unit
+
+    /** Adds the markers that are tracked, which are children of the world in both layouts. */
+    suspend fun markers(sample: MarkersSample) {
+        if (sample.markers.isEmpty()) return
+        children(sample.captureNanos, sample.markers.map { frameIds.ofMarker(it.frame) to it.pose })
+    }
+
+    /** Adds the map, which is the parent of the world in both layouts. */
+    suspend fun map(sample: MapSample) {
+        val world = sample.origin?.inverse() ?: return
+        children(sample.captureNanos, listOf(frameIds.world to world), parent = frameIds.of(StreamTable.map))
+    }
+
+    private suspend fun children(
+        captureNanos: Long,
+        frames: List<Pair<String, Transform>>,
+        parent: String = frameIds.world,
+    ): Unit = inSession {
+        if (stamps.isFuture(captureNanos)) return lose(1, stamps.lossReason(captureNanos))
+        publish(captureNanos, stamps.stampNanos(captureNanos), frames, parent)
     }
 
     /**
@@ -179,9 +198,14 @@ internal class TransformTree(
     private fun framesOf(spec: StreamSpec, optical: Transform): List<Pair<String, Transform>> =
         listOf(frameIds.of(spec) to optical, frameIds.bodyOf(spec) to optical * BODY_IN_OPTICAL)
 
-    private suspend fun publish(captureNanos: Long, stampNanos: Long?, frames: List<Pair<String, Transform>>) {
+    private suspend fun publish(
+        captureNanos: Long,
+        stampNanos: Long?,
+        frames: List<Pair<String, Transform>>,
+        parent: String = frameIds.world,
+    ) {
         if (stampNanos == null) return lose(1, stamps.lossReason(captureNanos))
-        val header = Header(Time.ofNanos(stampNanos), frameIds.world)
+        val header = Header(Time.ofNanos(stampNanos), parent)
         val fresh = frames.filter { (child, _) -> lastStamps.getOrPut(child, ::RecentStamps).add(stampNanos) }
         if (fresh.isEmpty()) return
         val message = TFMessage(fresh.map { (child, transform) -> TransformStamped(header, child, transform) })

@@ -60,34 +60,55 @@ public class TopicSpec internal constructor(
 /**
  * The common values of topics that the app defines.
  *
+ * @property small the class of the lane of small messages.
+ * @property large the class of the lane of large ones.
  * @property maxTopics the most in one run of the app.
  */
 internal class CustomTopicsSpec(
     val role: String,
-    val lane: String,
-    val laneClass: LaneClass,
+    val small: LaneClass,
+    val large: LaneClass,
     val qos: String,
+    val latchedQos: String,
     val maxTopics: Int,
 ) {
+    /** The classes of the lanes, by name. */
+    val lanes: Map<String, LaneClass> get() = mapOf(small.name to small, StreamTable.custom.id to large)
+
     /**
-     * Returns the row of the topic [name], with [known] others.
+     * Returns the row of the topic [name], which is absolute or the last part of one, with [known] others.
      *
      * @throws IllegalArgumentException if ROS does not allow the name or type.
      * @throws IllegalStateException if there are too many.
      */
-    fun topic(name: String, type: String, known: Int): TopicSpec {
-        require(name.length <= MAX_NAME && NAME.matches(name)) { "no topic of ROS can be named '$name'" }
+    fun topic(
+        name: String,
+        type: String,
+        known: Int,
+        isLatched: Boolean = false,
+        isLarge: Boolean = false,
+    ): TopicSpec {
+        val isAbsolute = name.startsWith("/")
+        val isName = if (isAbsolute) {
+            name.length <= MAX_ABSOLUTE && name.drop(1).split('/').all(NAME::matches)
+        } else {
+            name.length <= MAX_NAME && NAME.matches(name)
+        }
+        require(isName) { "no topic of ROS can be named '$name'" }
         require(type.length <= MAX_TYPE && TYPE.matches(type)) {
             "expected a type as std_msgs/msg/Float32, found '$type'"
         }
         check(known < maxTopics) { "an app has at most $maxTopics topics of its own" }
-        return TopicSpec(role, "${StreamTable.custom.id}/$name", type, lane, laneClass, qos)
+        val fullName = if (isAbsolute) name else "${StreamTable.custom.id}/$name"
+        val lane = if (isLarge) StreamTable.custom.id else small.name
+        return TopicSpec(role, fullName, type, lane, lanes.getValue(lane), if (isLatched) latchedQos else qos)
     }
 
     private companion object {
         // As PROTOCOL.md has them
         const val MAX_NAME = 64
         const val MAX_TYPE = 128
+        const val MAX_ABSOLUTE = 255
         val NAME = Regex("[A-Za-z](_?[A-Za-z0-9])*")
         val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
     }

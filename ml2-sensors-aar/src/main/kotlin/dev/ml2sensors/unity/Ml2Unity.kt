@@ -11,7 +11,6 @@ import dev.ml2sensors.capture.NativeLibrary
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.source.NoAnswerException
 import dev.ml2sensors.source.PlatformCalls
-import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.CoroutineScope
@@ -27,7 +26,6 @@ import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeoutOrNull
 import kotlinx.serialization.json.Json
 import java.io.IOException
-import java.nio.ByteBuffer
 import java.util.concurrent.CountDownLatch
 import java.util.concurrent.TimeUnit
 import kotlin.concurrent.thread
@@ -43,16 +41,16 @@ import kotlin.time.Duration.Companion.milliseconds
  */
 @OptIn(ExperimentalCoroutinesApi::class) // isEmpty
 internal class Ml2Unity private constructor(private val app: Context, private val listener: Ml2UnityListener) {
-    private class Topic(val name: String, val type: String)
-
     private val headset = Ml2Sensors.open(app)
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
-    private val topics = ArrayList<Topic>()
     private var run: UnityRun? = null
     private var ending: Job? = null
     private var isClosed = false
     private var last = UnityStatus("ended", receiver = "", reason = "not started")
     private val pairing = UnityPairing(app)
+    private val inboxes = UnityInboxes(scope)
+    private val publishers = UnityPublishers()
+    private val services = UnityServices(scope)
     private val calls = PlatformCalls(BLOCKING_LIMIT)
 
     /** One for all starts, since nothing ends the threads of its managers. */
@@ -128,8 +126,10 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     private fun begin(next: UnityRun): Boolean {
         if (isClosed) return false
         stop()
-        topics.forEach { next.open(it.name, it.type) }
         run = next
+        inboxes.follow(next)
+        publishers.follow(next.streamer)
+        services.follow(next.streamer)
         val before = ending
         scope.launch {
             before?.join()
@@ -169,6 +169,9 @@ internal class Ml2Unity private constructor(private val app: Context, private va
                 }
             }
             headset.close()
+            inboxes.close()
+            publishers.close()
+            services.close()
             scope.cancel()
             closed.countDown()
         }
@@ -211,10 +214,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         } catch (_: NoAnswerException) {
             emptyList()
         }
-        val rows = needing.groupBy({ it.first }, { it.second }).map { (permission, streams) ->
-            NeededPermission(permission, "wanted for ${streams.joinToString()}", streams)
-        }
-        return json.encodeToString(rows)
+        return json.encodeToString(NeededPermission.of(needing))
     }
 
     /**
@@ -222,43 +222,17 @@ internal class Ml2Unity private constructor(private val app: Context, private va
      * `ml2s_acquire_latest`. Costs nothing while disabled. JPEGs of Android's cameras are copied once, other frames are
      * not copied.
      */
-    fun view(streamId: String, on: Boolean): Unit = LocalFrames.view(stream(streamId), on)
+    fun view(streamId: String, on: Boolean): Unit =
+        LocalFrames.view(requireNotNull(StreamTable.byId(streamId)) { "there is no stream '$streamId'" }, on)
 
-    /**
-     * Opens a topic of the app's own, `custom/[topic]`, of a ROS [type]. It exists as long as this object, over starts
-     * and stops.
-     *
-     * @return the number for [publish].
-     */
-    @Synchronized
-    fun openPublisher(topic: String, type: String): Int {
-        val name = topic.removePrefix("${StreamTable.custom.id}/")
-        val known = topics.indexOfFirst { it.name == name }
-        if (known >= 0) {
-            require(topics[known].type == type) { "custom/$name is ${topics[known].type}, not $type" }
-            return known
-        }
-        StreamTable.customTopics.topic(name, type, known = topics.size)
-        topics += Topic(name, type)
-        run?.open(name, type)
-        return topics.lastIndex
-    }
+    /** Returns the topics that the app publishes, which exist as long as this object. */
+    fun publishers(): UnityPublishers = publishers
 
-    /**
-     * Sends a message; [payload] is all of it as CDR, after `00 01 00 00`.
-     *
-     * @param captureNanos CLOCK_BOOTTIME, as of `ml2s_now`; not more than a second ahead of it.
-     * @return false while no receiver accepts it; [refusal] may say why.
-     */
-    fun publish(publisher: Int, payload: ByteArray, captureNanos: Long): Boolean =
-        synchronized(this) { run }?.publisher(publisher)?.publish(ByteBuffer.wrap(payload), captureNanos) ?: false
+    /** Returns the app's subscriptions, which exist as long as this object. */
+    fun inboxes(): UnityInboxes = inboxes
 
-    /** Returns why the receiver does not publish the topic; empty if it does. */
-    fun refusal(publisher: Int): String =
-        synchronized(this) { run }?.publisher(publisher)?.refusal.orEmpty()
-
-    /** Returns the ROS time in ns of what was captured at [captureNanos], CLOCK_BOOTTIME; 0 while unknown. */
-    fun stampNanos(captureNanos: Long): Long = synchronized(this) { run }?.stampNanos(captureNanos) ?: 0
+    /** Returns the services that the app calls and offers, which exist as long as this object. */
+    fun services(): UnityServices = services
 
     /** Has the listener called. */
     private fun changed() {
@@ -271,10 +245,10 @@ internal class Ml2Unity private constructor(private val app: Context, private va
             explicitNulls = false
         }
 
-        /** How long Unity's main thread waits, so that a busy device blocks it for 0.5 s at most. */
+        /** The longest wait of Unity's main thread for one call, so that a busy device blocks it for 0.5 s at most. */
         private val BLOCKING_LIMIT = 100.milliseconds
 
-        /** How long [close] waits for the session to end in order, before it closes the headset. */
+        /** The longest time that [close] gives the session to end in order, before it closes the headset. */
         private val ENDING_LIMIT = 300.milliseconds
 
         /** More than come while a listener is busy; older ones are left out. */
@@ -293,8 +267,5 @@ internal class Ml2Unity private constructor(private val app: Context, private va
          */
         @JvmStatic
         fun loadLibrary(): Unit = NativeLibrary.load()
-
-        private fun stream(id: String): StreamSpec =
-            requireNotNull(StreamTable.byId(id)) { "there is no stream '$id', only ${StreamTable.all.joinToString()}" }
     }
 }

@@ -1,25 +1,27 @@
 package dev.ml2sensors.unity
 
+import dev.ml2sensors.ros.Keep
+import dev.ml2sensors.ros.Received
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.stream.StreamerState
-import dev.ml2sensors.stream.TopicPublisher
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
+import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.combine
 import kotlinx.coroutines.flow.first
-import java.util.concurrent.CopyOnWriteArrayList
+import java.nio.ByteBuffer
 
 /** One run of the streamer, from a start to its stop. Thread-safe. */
-internal class UnityRun(headset: Headset, receiver: Receiver, security: TransportSecurity, val request: Request) {
+internal class UnityRun(headset: Headset, receiver: Receiver, security: TransportSecurity, val request: Request) :
+    UnityInboxes.Topics {
     /** The arguments of [Ml2Unity.start]. */
     class Request(val receiver: String, val defaults: Map<String, StreamValues>, val isInsecure: Boolean)
 
-    private val streamer = Ml2Streamer(headset, receiver, security, request.defaults)
-    private val publishers = CopyOnWriteArrayList<TopicPublisher>()
+    val streamer = Ml2Streamer(headset, receiver, security, request.defaults)
 
     /** The streams of the receiver's configuration and of the defaults. */
     val wanted: List<StreamSpec>
@@ -41,12 +43,11 @@ internal class UnityRun(headset: Headset, receiver: Receiver, security: Transpor
 
     fun status(): UnityStatus = UnityStatus(streamer.status(request.receiver), request.isInsecure)
 
-    /** Opens the publisher of [name]; publishers are numbered in the order of their first opening. */
-    fun open(name: String, type: String) {
-        publishers.addIfAbsent(streamer.publisher(name, type))
-    }
-
-    fun publisher(number: Int): TopicPublisher = publishers[number]
-
-    fun stampNanos(captureNanos: Long): Long? = streamer.stampNanos(captureNanos)
+    override fun messages(
+        topic: String,
+        type: String,
+        keep: Keep,
+        maxHz: Double?,
+        hash: String?,
+    ): Flow<Received<ByteBuffer>> = streamer.subscribe(topic, type, keep, maxHz, hash)
 }

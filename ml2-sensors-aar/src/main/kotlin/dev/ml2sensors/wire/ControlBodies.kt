@@ -93,7 +93,12 @@ internal class ChannelBody(
     val qos: String,
     @SerialName("frame_id") val frameId: String,
     val lane: String,
-)
+    val will: Will? = null,
+) {
+    /** The message that the receiver publishes when the channel is silent or ends; [payload] is Base64. */
+    @Serializable
+    class Will(val payload: String, @SerialName("silent_ms") val silentMillis: Long)
+}
 
 @Serializable
 internal class ChannelEnd(val id: Int)
@@ -124,6 +129,7 @@ public class Status internal constructor(
     internal val thermal: String? = null,
     internal val streams: Map<String, Stream> = emptyMap(),
     internal val openings: Map<String, OpeningCounts> = emptyMap(),
+    internal val calls: Map<String, CallCounts> = emptyMap(),
 ) {
     /** The state of one requested stream. */
     @Serializable
@@ -167,6 +173,10 @@ public class Status internal constructor(
         val undecodable: Long,
     )
 
+    /** The requests of a client or a service since the app made it; the rest of [requests] is under way. */
+    @Serializable
+    internal class CallCounts(val requests: Long, val responses: Long, val failures: Map<String, Long>)
+
     /**
      * The state of the device's estimate of ROS time.
      *
@@ -198,6 +208,8 @@ internal class Event(val event: String, val text: String, @SerialName("age_s") v
         const val TRACKING_LOST = "tracking_lost"
         const val TRACKING_RECOVERED = "tracking_recovered"
         const val TRACKING_NEW_SESSION = "tracking_new_session"
+        const val MAP_LOCALIZED = "map_localized"
+        const val MAP_LOST = "map_lost"
         const val MOUNTING_STABLE = "mounting_stable"
         const val ADAPTED = "adapted"
         const val SUSPENDED = "suspended"

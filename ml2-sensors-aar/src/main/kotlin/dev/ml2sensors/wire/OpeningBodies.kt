@@ -75,7 +75,16 @@ internal class Closed(val id: Int, val reason: String, val code: String? = null)
 @Serializable
 internal class Failure(val code: String, val message: String) {
     companion object {
+        const val TIMEOUT = "timeout"
+        const val REFUSED = "refused"
+        const val MALFORMED = "malformed"
+        const val TOO_LARGE = "too_large"
         const val BUSY = "busy"
+
+        /** Not sent, but counted. */
+        const val LINK_DOWN = "link_down"
+        const val CANCELLED = "cancelled"
+        const val OTHER = "other"
     }
 }
 

@@ -1,4 +1,4 @@
 package android.net.wifi
 
-/** Of a later Android; Robolectric's stand-in for Wi-Fi does not load without. */
+/** A class of a later Android; Robolectric's stand-in for Wi-Fi does not load without it. */
 internal class BlockingOption

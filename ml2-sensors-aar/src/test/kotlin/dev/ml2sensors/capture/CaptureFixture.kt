@@ -17,7 +17,7 @@ internal class CaptureFixture : AutoCloseable {
     val world = NativePixelSource(PixelSensor.WORLD, NativeBackend.SDK)
     val depth = NativePixelSource(PixelSensor.DEPTH, NativeBackend.SDK)
     val eyes = NativePixelSource(PixelSensor.EYE, NativeBackend.SDK)
-    private val trackers = ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.SDK) }
+    private val trackers = NativeReadingSource.all(NativeBackend.SDK)
     private val sources = listOf(world, depth, eyes) + trackers
     private val collected = mutableSetOf<StreamSpec>()
 
@@ -30,7 +30,7 @@ internal class CaptureFixture : AutoCloseable {
         return sources.first { stream in it.streams }.samples(stream, values)
     }
 
-    /** What [read] makes of each image while it is lent. */
+    /** Emits the result of [read] for each image while it is lent. */
     fun <T> images(stream: StreamSpec, values: StreamValues = values(stream), read: (ImageSample) -> T): Flow<T> =
         samples(stream, values).filterIsInstance<ImageSample>().map { read(it) }
 

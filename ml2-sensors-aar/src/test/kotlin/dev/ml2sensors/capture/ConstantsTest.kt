@@ -11,7 +11,7 @@ class ConstantsTest {
     private val headers = listOf("sdk/ml2s.h", "generated/ml2s_streams.h")
         .joinToString("\n") { Path.of("../native", it).readText() }
 
-    /** Of an enumerator: a number, or a bit such as `1u << 2`. */
+    /** Returns the value of an enumerator: a number, or a bit such as `1u << 2`. */
     private fun value(name: String): Int {
         val match = Regex("""\bML2S_$name = (?:1u << )?(\d+),""").findAll(headers).single()
         val number = match.groupValues[1].toInt()

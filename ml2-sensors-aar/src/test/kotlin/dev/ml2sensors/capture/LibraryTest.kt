@@ -103,7 +103,7 @@ class LibraryTest {
         assertTrue("; NotAvailable: not available: libno-such-loader.so" in absent, absent)
     }
 
-    /** Those of the sensors that come by the vendor's SDK. */
+    /** Returns the lines of the sensors that come by the vendor's SDK. */
     private fun sdk(lines: List<String>) = lines.filterNot { it.startsWith("gaze") }
 
     /** The lines that [Probe] prints with the vendor's library from [folder]. */

@@ -28,7 +28,7 @@ import kotlin.test.assertNotNull
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
 
-/** What readers beside Kotlin find in the slots. */
+/** Tests what readers beside Kotlin find in the slots. */
 class LocalFramesTest {
     private val fixture = CaptureFixture()
     private val color = SlotPool(StreamTable.color)

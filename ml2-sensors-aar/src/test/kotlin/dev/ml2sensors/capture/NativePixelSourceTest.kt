@@ -26,7 +26,7 @@ import kotlin.test.assertNotNull
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
 
-/** What the shipped library delivers of the simulated device, stream by stream. */
+/** Tests the samples that the shipped library delivers of the simulated device, stream by stream. */
 class NativePixelSourceTest {
     private val fixture = CaptureFixture()
 

@@ -1,8 +1,12 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.MapSample
+import dev.ml2sensors.source.MapState
+import dev.ml2sensors.source.MarkersSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
@@ -15,7 +19,11 @@ import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.BeforeEach
 import org.junit.jupiter.api.Test
 import javax.imageio.ImageIO
+import kotlin.test.assertContains
 import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertIs
+import kotlin.test.assertNotEquals
 import kotlin.test.assertNotNull
 import kotlin.test.assertTrue
 
@@ -66,7 +74,8 @@ class OpenXrTest {
 
     @Test
     fun headGazeHandsAndControllerAreTracked() = runBlocking<Unit> {
-        for (sensor in ReadingSensor.entries - ReadingSensor.CONTROLLER_INPUT) {
+        for (sensor in ReadingSensor.entries -
+            setOf(ReadingSensor.CONTROLLER_INPUT, ReadingSensor.MARKERS, ReadingSensor.MAP)) {
             NativeReadingSource(sensor, NativeBackend.OPENXR).use { source ->
                 for (stream in source.streams) {
                     source.first(stream, StreamValues()) {
@@ -74,6 +83,64 @@ class OpenXrTest {
                     }
                 }
             }
+        }
+    }
+
+    @Test
+    fun markersOfTheRoomAreTrackedByTheNamesOfTheirPrograms() = runBlocking<Unit> {
+        val kinds = listOf(
+            Triple("5X5_100", StreamValues(markerType = "aruco", dictionary = "5X5_100"), Regex("marker_[0-9]+")),
+            Triple("36h11", StreamValues(sizeM = 0.48), Regex("tag36h11:[0-9]+")),
+            Triple("QR", StreamValues(markerType = "qr"), Regex("qr_[0-9a-f]{8}")),
+        )
+        for ((tags, values, frames) in kinds) {
+            Simulation.configure("tags", tags)
+            NativeReadingSource(ReadingSensor.MARKERS, NativeBackend.OPENXR).use { source ->
+                val seen = source.samples(StreamTable.markers, values)
+                    .first { it is MarkersSample && it.markers.isNotEmpty() } as MarkersSample
+                for (it in seen.markers) {
+                    assertTrue(frames.matches(it.frame), it.frame)
+                    assertEquals(values.sizeM ?: 0.16, it.sizeM, 1e-6)
+                }
+                assertEquals(seen.markers.size, seen.markers.map { it.frame }.toSet().size)
+                if (tags == "QR") assertTrue(seen.markers.all { it.content.startsWith("ml2-") })
+            }
+        }
+        Simulation.configure("tags", "4X4_50")
+    }
+
+    @Test
+    fun aDictionaryOfAnotherKindOfMarkersIsRefusedWithTheirs() {
+        NativeReadingSource(ReadingSensor.MARKERS, NativeBackend.OPENXR).use { source ->
+            val answer = source.negotiate(StreamTable.markers, StreamValues(dictionary = "5X5_100"))
+            val reason = "dictionary is 5X5_100, expected one of 16h5, 25h9, 36h10, 36h11"
+            assertEquals(Answer.Refused(reason), answer)
+        }
+    }
+
+    @Test
+    fun aMapIsAskedForByNameAndFollowed() = runBlocking<Unit> {
+        NativeReadingSource(ReadingSensor.MAP, NativeBackend.OPENXR).use { source ->
+            var before: MapState? = null
+            source.first(StreamTable.map, StreamValues(localize = "Second room")) {
+                val sample = it as MapSample
+                if (sample.origin == null) before = sample.state
+                sample.origin != null && sample.state == SECOND_ROOM
+            }
+            assertNotEquals(SECOND_ROOM, before, "localized before it was asked for")
+        }
+    }
+
+    @Test
+    fun aMapThatIsNotThereIsSaidAndAnUnknownConfidenceRefused() = runBlocking<Unit> {
+        NativeReadingSource(ReadingSensor.MAP, NativeBackend.OPENXR).use { source ->
+            val failure = assertFailsWith<CaptureException> {
+                source.first(StreamTable.map, StreamValues(localize = "Kitchen")) { true }
+            }
+            assertContains(failure.message.orEmpty(), "not available: map \"Kitchen\"; the headset has 2: ")
+            val refused = source.negotiate(StreamTable.map, StreamValues(minConfidence = "best"))
+            val reason = "min_confidence is best, expected one of poor, fair, good, excellent"
+            assertEquals(reason, assertIs<Answer.Refused>(refused).reason)
         }
     }
 
@@ -94,5 +161,16 @@ class OpenXrTest {
             value != false
         }
         return result()
+    }
+
+    private companion object {
+        val SECOND_ROOM = MapState(
+            "localized",
+            "excellent",
+            emptyList(),
+            "Second room",
+            "28282828-2828-2828-2828-282828282828",
+            "on_device",
+        )
     }
 }

@@ -23,9 +23,10 @@ internal object Simulation {
     /** Sets a key of ml2sim_describe_keys, until [begin]. */
     fun configure(key: String, value: Any): Unit = assertNull(set(key, value.toString()))
 
-    /** A new device with cached frames of two seconds, all of one seed. */
+    /** A new device without noise, with cached frames of two seconds, all of one seed. */
     fun begin() {
         reset()
+        configure("noise", 0)
         configure("loop_seconds", 2)
         configure("cache", Path.of("target/frame_cache").createDirectories().absolute())
     }
@@ -36,7 +37,7 @@ internal object Simulation {
         assertEquals(0, openHandles())
     }
 
-    /** Where a camera of ml2sim_camera, or [HEAD], truly is at an instant of CLOCK_BOOTTIME. */
+    /** Returns the true pose of a camera of ml2sim_camera, or of [HEAD], at an instant of CLOCK_BOOTTIME. */
     fun truth(camera: Int, boottimeNanos: Long): MlPose {
         val values = truePose(camera, boottimeNanos)
         return MlPose(
@@ -50,6 +51,10 @@ internal object Simulation {
 
     @JvmStatic
     private external fun reset()
+
+    /** Returns the oldest message of an inbox as a native reader does, or null. */
+    @JvmStatic
+    external fun takeMessage(inbox: Int): ByteArray?
 
     /** ml2s_acquire_latest, which Kotlin itself has no use for, into [frame], a direct buffer of one ml2s_frame. */
     @JvmStatic

@@ -90,7 +90,7 @@ class VendorNeverReturnsTest {
             Simulation.configure("still_images", 1)
             val pixels = listOf(PixelSensor.DEPTH, PixelSensor.WORLD, PixelSensor.EYE)
             val sources = pixels.map { NativePixelSource(it, NativeBackend.SDK) } +
-                ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.SDK) } + color
+                NativeReadingSource.all(NativeBackend.SDK) + color
             headset = SensorHeadset(Headset.Identity("harsh", "harsh"), NativeHeadsetClock, sources)
             val clock = HostClock(headset.clock)
             repeat(FIRST_EXCHANGES) { Native.now().let { clock.add(TimeExchange(it, it, it, it)) } }
@@ -129,9 +129,9 @@ class VendorNeverReturnsTest {
             streams.start(emptySet())
         }
 
-        private val StreamSpec.state: Status.Stream get() = streams.streamStates.getValue(id)
+        private val StreamSpec.state: Status.Stream get() = streams.reports.streamStates.getValue(id)
 
-        private fun produced(stream: StreamSpec) = streams.counts()[stream.topics.first().name]?.produced ?: 0
+        private fun produced(stream: StreamSpec) = streams.reports.counts()[stream.topics.first().name]?.produced ?: 0
 
         private suspend fun awaitSamples(stream: StreamSpec) {
             val before = produced(stream)
@@ -243,10 +243,10 @@ class VendorNeverReturnsTest {
                     "MLTimeConvertSystemTimeToMLTime" to poses + buttons,
                 )
 
-        /** What is called when a stream ends, or when it changes. */
+        /** The calls at the end or the change of a stream. */
         val END = listOf("Disconnect", "Destroy", "UpdateSettings")
 
-        /** What is called once. */
+        /** The functions that are called once. */
         val ONCE = setOf(
             "MLDepthCameraGetCapabilities",
             "MLDepthCameraReleaseCapabilities",

@@ -8,7 +8,7 @@ import kotlin.math.abs
 import kotlin.random.Random
 import kotlin.test.assertTrue
 
-/** How far stamps are from the truth, and from what is claimed of them; over a minute with a step in its middle. */
+/** Compares stamps with the truth, and with their claimed uncertainty, over a minute with a step in its middle. */
 class ClockScenarioTest {
     @Test
     fun stampsAreAsTrueAsIsClaimedOnEveryNetwork() {

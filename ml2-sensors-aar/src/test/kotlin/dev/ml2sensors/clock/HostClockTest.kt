@@ -9,6 +9,7 @@ import kotlin.math.abs
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertNotEquals
+import kotlin.test.assertNull
 import kotlin.test.assertTrue
 
 class HostClockTest {
@@ -139,6 +140,28 @@ class HostClockTest {
         assertNotEquals(OFFSET, clock.status.offsetNanos)
         clock.endSession()
         assertEquals(HostClock.State.FROZEN, clock.status.state)
+    }
+
+    @Test
+    fun theWayToTheHostIsKnownApartFromTheWayBack() {
+        val t1 = now + SECOND
+        val slowBack = TimeExchange(t1, t1 + 300 + OFFSET, t1 + 300 + OFFSET, t1 + 50 * MILLI)
+        assertNull(clock.thereNanos(slowBack))
+        exchange(16)
+        assertEquals(300, clock.thereNanos(slowBack))
+        exchange(1, roundTrip = 20 * MILLI)
+        assertEquals(300, clock.thereNanos(slowBack))
+        now += 100_000 * SECOND
+        val late = TimeExchange(now, now + OFFSET, now + OFFSET, now)
+        assertNull(clock.thereNanos(late), "the estimate is too old to tell")
+    }
+
+    @Test
+    fun theWayToTheHostIsKnownOnLongPathsToo() {
+        exchange(30, roundTrip = 60 * MILLI)
+        val queued = TimeExchange(now, now + 40 * MILLI + OFFSET, now + 40 * MILLI + OFFSET, now + 70 * MILLI)
+        val there = checkNotNull(clock.thereNanos(queued))
+        assertTrue(abs(there - 40 * MILLI) < MICRO, "$there ns")
     }
 
     private fun stamp(): Long = checkNotNull(clock.stamps.stampNanos(now))

@@ -144,7 +144,7 @@ private class DescribedMessage(type: String, private val description: JsonObject
     override fun serialize(encoder: Encoder, value: List<Any?>) {
         val structure = encoder.beginStructure(descriptor)
         for ((index, field) in fields.withIndex()) {
-            @Suppress("UNCHECKED_CAST") // What it decoded
+            @Suppress("UNCHECKED_CAST") // It encodes only the values that it decoded
             structure.encodeSerializableElement(descriptor, index, field.serializer as KSerializer<Any?>, value[index])
         }
         structure.endStructure(descriptor)

@@ -1,10 +1,11 @@
 package dev.ml2sensors.conformance
 
-import dev.ml2sensors.cdr.FixedLength
 import dev.ml2sensors.message.BatteryState
 import dev.ml2sensors.message.CameraInfo
 import dev.ml2sensors.message.CompressedImage
 import dev.ml2sensors.message.CompressedVideo
+import dev.ml2sensors.message.Detection3DArray
+import dev.ml2sensors.message.DiagnosticArray
 import dev.ml2sensors.message.FfmpegPacket
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
@@ -15,6 +16,7 @@ import dev.ml2sensors.message.Point
 import dev.ml2sensors.message.Pose
 import dev.ml2sensors.message.PoseArray
 import dev.ml2sensors.message.PoseStamped
+import dev.ml2sensors.message.PoseWithCovariance
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.RegionOfInterest
 import dev.ml2sensors.message.StringMessage
@@ -36,11 +38,6 @@ import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.JsonPrimitive
 import kotlinx.serialization.json.int
 import kotlinx.serialization.json.jsonPrimitive
-
-/** The largest array of common_interfaces, which no message of the product has. */
-@Serializable
-@SerialName("geometry_msgs/msg/PoseWithCovariance")
-internal class PoseWithCovariance(val pose: Pose, @FixedLength(36) val covariance: DoubleArray)
 
 @Serializable
 @SerialName("sensor_msgs/msg/Illuminance")
@@ -77,6 +74,8 @@ internal val MESSAGE_SERIALIZERS: Map<String, KSerializer<*>> =
         FluidPressure.serializer(),
         BatteryState.serializer(),
         Joy.serializer(),
+        Detection3DArray.serializer(),
+        DiagnosticArray.serializer(),
     ).associateBy { it.rosType }
 
 /** Fields of a message under their ROS names. */

@@ -150,7 +150,7 @@ private class App(private val scope: CoroutineScope) {
         host.await(HostFrame.DATA)
     }
 
-    /** What was skipped is behind the device: it judges the next frame. */
+    /** Checks that the device has passed the skipped frame: it judges the next one. */
     private fun checkIsRead(host: VectorHost, lane: String) {
         host.play(lane, HostFrame.bytes(HostFrame.PING))
         assertEquals("unexpected", host.await(HostFrame.ERROR).json.getValue("code").jsonPrimitive.content)

@@ -181,7 +181,7 @@ class WireVectorTest {
     }
 }
 
-/** What a case says of one frame; [name] is null when its kind is unknown. */
+/** The expectations of a case for one frame; [name] is null when its kind is unknown. */
 private class ExpectedFrame(private val case: JsonObject) {
     val name: String? = case.getValue("name").jsonPrimitive.takeUnless { it is JsonNull }?.content
     val length: Int = case.getValue("length").jsonPrimitive.int

@@ -2,7 +2,7 @@ package dev.ml2sensors.fuzz
 
 import java.io.File
 
-/** What Jazzer calls; its arguments are the name of a [FuzzTarget] and the folder that inputs are read from. */
+/** The entry points of Jazzer; the arguments are the name of a [FuzzTarget] and the folder with the inputs. */
 internal object JazzerTarget {
     private lateinit var target: FuzzTarget
 

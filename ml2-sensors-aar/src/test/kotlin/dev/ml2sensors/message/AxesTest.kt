@@ -48,6 +48,7 @@ class AxesTest {
             assertMatrix(c * ml * c.transposed(), MlPose(position, rotation).toBody().toMatrix())
             val pose = MlPose(position, rotation)
             assertMatrix(c * ml * d, pose.toOptical().toMatrix())
+            assertMatrix(c * ml, pose.toMarker().toMatrix())
             assertVector(position, MlPose.ofOptical(pose.toOptical()).position)
             assertRotation(rotation.normalized(), MlPose.ofOptical(pose.toOptical()).rotation)
             assertRotation(rotation.normalized(), MlPose.ofBody(pose.toBody()).rotation)

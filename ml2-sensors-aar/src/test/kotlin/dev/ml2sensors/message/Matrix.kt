@@ -73,7 +73,7 @@ internal val HALF = sqrt(0.5)
 
 internal fun Random.vector() = Vector3(nextDouble(-5.0, 5.0), nextDouble(-5.0, 5.0), nextDouble(-5.0, 5.0))
 
-/** Of random norm. */
+/** Returns a quaternion of random norm. */
 internal fun Random.quaternion() =
     Quaternion(nextDouble(-PI, PI), nextDouble(-PI, PI), nextDouble(-PI, PI), nextDouble(-PI, PI))
 

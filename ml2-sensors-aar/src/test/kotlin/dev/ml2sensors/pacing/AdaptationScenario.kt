@@ -28,7 +28,7 @@ internal class AdaptationScenario(
 
     private val random = Random(seed)
 
-    /** How much smaller a JPEG gets by each 20 less of quality. */
+    /** The factor of a JPEG's size for each 20 less of quality. */
     private val falls = 0.72 * any(spread)
     private val bytesOfImage = streams.associateWith { configuredBytes(it) * any(spread) }
     private var sentBytes = 0.0

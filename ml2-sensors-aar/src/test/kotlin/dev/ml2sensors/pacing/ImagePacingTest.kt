@@ -52,7 +52,7 @@ class ImagePacingTest {
 
     @Test
     fun imagesWaitWhileTheLinkStandsStill() {
-        pacing.measured {
+        duringRoundTrip {
             nanos += 201_000_000
             secondsFor(ImagePacing.SLICE_BYTES)
             assertTrue(secondsFor(ImagePacing.SLICE_BYTES) > 0.2)
@@ -87,11 +87,30 @@ class ImagePacingTest {
     }
 
     @Test
+    fun onlyAQueueOnTheWayToTheReceiverSlowsImages() = pacing.image {
+        repeat(20) { roundTrip(1_000_000, thereNanos = 500_000) }
+        secondsFor(2_000_000)
+        val before = secondsFor(200_000)
+        repeat(2) { roundTrip(30_000_000, thereNanos = 600_000) }
+        assertTrue(secondsFor(200_000) < 1.1 * before, "the answers wait")
+        duringRoundTrip(thereNanos = 600_000) {
+            nanos += 80_000_000
+            secondsFor(ImagePacing.SLICE_BYTES)
+            assertTrue(secondsFor(200_000) > 2 * before, "congested until it is known where the queue was")
+        }
+        assertTrue(secondsFor(200_000) < 1.5 * before, "it was on the way back")
+        nanos += 300_000_000
+        secondsFor(ImagePacing.SLICE_BYTES)
+        repeat(2) { roundTrip(30_000_000, thereNanos = 29_500_000) }
+        assertTrue(secondsFor(200_000) > 2 * before, "images wait")
+    }
+
+    @Test
     fun aLinkThatStoodStillHasTheRateThatItHad() = pacing.image {
         repeat(20) { roundTrip(1_000_000) }
         secondsFor(2_000_000)
         val before = secondsFor(200_000)
-        pacing.measured {
+        duringRoundTrip {
             nanos += 30_000_000
             secondsFor(ImagePacing.SLICE_BYTES)
             assertTrue(secondsFor(200_000) > 2 * before, "congested until the link is known to stand still")
@@ -122,7 +141,10 @@ class ImagePacingTest {
         assertEquals(null, failure)
     }
 
-    private fun roundTrip(roundTripNanos: Long) = pacing.measured { nanos += roundTripNanos }
+    private fun roundTrip(nanos: Long, thereNanos: Long? = null) =
+        duringRoundTrip(thereNanos) { this.nanos += nanos }
+
+    private fun duringRoundTrip(thereNanos: Long? = null, block: () -> Unit) = pacing.measured(block) { thereNanos }
 
     private fun secondsFor(bytes: Int): Double {
         val began = nanos

@@ -9,13 +9,15 @@ import kotlin.math.max
 import kotlin.math.min
 import kotlin.test.assertTrue
 
-/** How late small messages are, and how much of a link images use, on many links in virtual time. */
+/** Measures the delay of small messages, and the share of a link that images use, on many links in virtual time. */
 class LinkScenarioTest {
     @Test
     fun smallMessagesAreOnTimeOnEveryLinkThatImagesFill() {
         val results = listOf(10.0, 12.0, 20.0, 30.0, 50.0, 100.0, 300.0, 1000.0).flatMap { mbit ->
             listOf(1, 5, 20, 50, 100).flatMap { roundTripMillis ->
-                listOf(20, 50, 200, 500).map { VirtualLink(roundTripMillis, it) { mbit }.play("steady") }
+                listOf(20, 50, 200, 500).flatMap { queueMillis ->
+                    playBoth("steady") { VirtualLink(roundTripMillis, queueMillis, downlink = it) { mbit } }
+                }
             }
         }
         played += results
@@ -23,7 +25,7 @@ class LinkScenarioTest {
             // The tolerated delay and what may be under way besides, and a part of a long path. Small messages fill
             // half of a slow link, or nine tenths of the slowest, and one slice of an image takes it for 10 ms.
             val limit = when {
-                it.linkMbit < 12 -> 10 + it.roundTripMillis / 4.0
+                it.linkMbit < 12 -> 10 + it.roundTripMillis / (if (it.hasDownlink) 3.0 else 4.0)
                 it.linkMbit < 30 -> 10 + it.roundTripMillis / 5.0
                 else -> 8 + it.roundTripMillis / 8.0
             }
@@ -36,8 +38,10 @@ class LinkScenarioTest {
     @Test
     fun imagesThatTheLinkCarriesAreNotHeldBack() {
         val results = listOf(2, 10, 20).flatMap { roundTripMillis ->
-            listOf(300.0, 500.0, 1000.0).map { mbit ->
-                VirtualLink(roundTripMillis, queueMillis = 50, imagesMbit = 204.0) { mbit }.play("204 Mbit/s of images")
+            listOf(300.0, 500.0, 1000.0).flatMap { mbit ->
+                playBoth("204 Mbit/s of images") {
+                    VirtualLink(roundTripMillis, queueMillis = 50, imagesMbit = 204.0, downlink = it) { mbit }
+                }
             }
         }
         played += results
@@ -80,19 +84,41 @@ class LinkScenarioTest {
 
     @Test
     fun aChangedLinkIsFollowedWithinFiveSeconds() {
+        val longer = { second: Double -> if (second > 20) 40.0 else 0.0 }
         val results = listOf(
-            VirtualLink(2, 50) { if (it.toInt() / 10 % 2 == 0) 100.0 else 20.0 }.play("100, 20, 100"),
-            VirtualLink(2, 50) { if (it % 10 in 5.0..5.5) 0.0 else 100.0 }.play("stalls"),
-            VirtualLink(2, 50, routeMillis = { if (it > 20) 40.0 else 0.0 }) { 100.0 }.play("longer route"),
-            VirtualLink(2, 50) { if (it in 10.0..20.0) 50.0 else 100.0 }.play("another sender"),
-        )
+            playBoth("100, 20, 100") {
+                VirtualLink(2, 50, downlink = it) { at -> if (at.toInt() / 10 % 2 == 0) 100.0 else 20.0 }
+            },
+            playBoth("stalls") { VirtualLink(2, 50, downlink = it) { at -> if (at % 10 in 5.0..5.5) 0.0 else 100.0 } },
+            playBoth("longer route") { VirtualLink(2, 50, routeMillis = longer, downlink = it) { 100.0 } },
+            playBoth("another sender") {
+                VirtualLink(2, 50, downlink = it) { at -> if (at in 10.0..20.0) 50.0 else 100.0 }
+            },
+        ).flatten()
         played += results
         for (it in results) {
             assertTrue(it.delayP99Millis < 60, "$it: delay")
-            assertTrue(it.use > 0.85, "$it: use")
+            assertTrue(it.use > if (it.hasDownlink) 0.8 else 0.85, "$it: use")
             assertTrue(it.settledSeconds < 5, "$it: settled")
         }
     }
+
+    @Test
+    fun aQueueOnTheWayBackCostsLittle() {
+        // Something else than the receiver fills it, which does not pace
+        val filled = { second: Double -> if (second % 4 < 2) 50.0 else 0.0 }
+        val results = listOf(30.0, 100.0, 300.0).map { mbit ->
+            VirtualLink(5, queueMillis = 100, downlink = filled) { mbit }.play("another receives")
+        }
+        played += results
+        for (it in results) assertTrue(it.use > 0.85 && it.delayP99Millis < 20, "$it")
+    }
+
+    /** Plays a link alone, and beside messages to the headset, which the receiver paces to a queue of 3 ms. */
+    private fun playBoth(name: String, link: (downlink: ((Double) -> Double)?) -> VirtualLink) = listOf(
+        link(null).play(name),
+        link { second -> if (second % 0.5 < 0.3) 3.0 else 0.0 }.play(name),
+    )
 
     private companion object {
         val played = ArrayList<ScenarioResult>()
@@ -110,6 +136,7 @@ internal data class ScenarioResult(
     @SerialName("link_mbit") val linkMbit: Double,
     @SerialName("rtt_ms") val roundTripMillis: Int,
     @SerialName("queue_ms") val queueMillis: Int,
+    @SerialName("downlink") val hasDownlink: Boolean,
     @SerialName("delay_p99_ms") val delayP99Millis: Double,
     @SerialName("images_p99_ms") val imagesP99Millis: Double,
     val use: Double,
@@ -124,6 +151,8 @@ internal data class ScenarioResult(
  * @param isMoreWanted as in [ImageRate].
  * @param routeMillis returns what the route adds to the round trip at a second.
  * @param answerMillis returns how long the receiver's program takes to answer at a second.
+ * @param downlink returns how long the queue on the way back is at a second, in ms; null if there is none, and the
+ * receiver's clock is unknown.
  * @param mbit returns the link's rate at a second.
  */
 internal class VirtualLink(
@@ -133,6 +162,7 @@ internal class VirtualLink(
     isMoreWanted: Boolean = false,
     private val routeMillis: (second: Double) -> Double = { 0.0 },
     private val answerMillis: (second: Double) -> Double = { 0.0 },
+    private val downlink: ((second: Double) -> Double)? = null,
     private val mbit: (second: Double) -> Double,
 ) {
     private val rate = ImageRate(0).also { it.isMoreWanted = isMoreWanted }
@@ -148,6 +178,7 @@ internal class VirtualLink(
     private var roundTrip: RoundTrip? = null
     private var askMillis = ASK_MILLIS
     private var endMillis = 0.0
+    private var thereNanos: Long? = null
 
     /** The rate at the end. */
     val foundMbit: Double get() = rate.bytesPerSecond(SECONDS * 1000 * NANOS_PER_MILLI) / BYTES_PER_MBIT_MILLI / 1000
@@ -164,7 +195,8 @@ internal class VirtualLink(
             val sensors = min(SENSORS_MBIT * BYTES_PER_MBIT_MILLI, bytesPerMilli)
             val images = step(millis, bytesPerMilli, sensors)
             val delay = if (bytesPerMilli == 0.0) 0.0 else queueBytes / bytesPerMilli
-            askAndAnswer(millis, delay + roundTripMillis + routeMillis(second) + answerMillis(second))
+            val there = delay + roundTripMillis / 2.0 + routeMillis(second)
+            askAndAnswer(millis, there, there + roundTripMillis / 2.0 + answerMillis(second) + returnMillis(second))
             if (bytesPerMilli == 0.0) continue
             if (second >= SETTLING_SECONDS) {
                 delays += delay
@@ -180,12 +212,15 @@ internal class VirtualLink(
             mbit(0.0),
             roundTripMillis,
             queueMillis,
+            downlink != null,
             delays.p99(),
             if (imagesMbit.isFinite()) imageDelays.p99() else 0.0,
             used / offered,
             unsettled,
         )
     }
+
+    private fun returnMillis(second: Double) = downlink?.invoke(second) ?: 0.0
 
     private fun List<Double>.p99() = sorted()[(size * 0.99).toInt()]
 
@@ -200,7 +235,8 @@ internal class VirtualLink(
         val limit = queueMillis * max(bytesPerMilli, 1.0)
         queueBytes = min(queueBytes, limit)
         val room = max(0.0, limit + bytesPerMilli - queueBytes - sensors)
-        val path = roundTripMillis + routeMillis(millis / 1000.0).toInt()
+        val second = millis / 1000.0
+        val path = roundTripMillis + (routeMillis(second) + returnMillis(second)).toInt()
         acknowledgedBytes = max(acknowledgedBytes, passedBytes[max(0, millis - 1 - path)])
         val underWay = max(0.0, rate.mostUnderWayBytes(now) - (writtenBytes - acknowledgedBytes))
         val images = min(waitingBytes, minOf(rate.bytesPerSecond(now) / 1000, room, underWay))
@@ -215,7 +251,11 @@ internal class VirtualLink(
         return images
     }
 
-    private fun askAndAnswer(millis: Int, durationMillis: Double) {
+    private fun askAndAnswer(
+        millis: Int,
+        thereMillis: Double,
+        durationMillis: Double,
+    ) {
         val now = millis * NANOS_PER_MILLI
         val roundTrip = roundTrip
         if (roundTrip == null) {
@@ -223,11 +263,12 @@ internal class VirtualLink(
             this.roundTrip = RoundTrip(now, writtenBytes.toLong(), acknowledgedBytes.toLong())
             askMillis = millis + ASK_MILLIS
             endMillis = millis + durationMillis
+            thereNanos = downlink?.let { (thereMillis * NANOS_PER_MILLI).toLong() + CLOCK_ERROR_NANOS }
         } else if (millis < endMillis) {
             if (roundTrip.isBehindImages) rate.unanswered(roundTrip.startNanos, now)
         } else {
             val end = (endMillis * NANOS_PER_MILLI).toLong()
-            rate.roundTrip(end - roundTrip.startNanos, roundTrip.onPathNanos(end), now)
+            rate.roundTrip(end - roundTrip.startNanos, roundTrip.onPathNanos(end), thereNanos, now)
             this.roundTrip = null
         }
     }
@@ -244,5 +285,8 @@ internal class VirtualLink(
         const val SENSORS_MBIT = 9.0
         const val BYTES_PER_MBIT_MILLI = 125.0
         const val NANOS_PER_MILLI = 1_000_000L
+
+        /** The receiver's clock is estimated to be earlier than it is. */
+        const val CLOCK_ERROR_NANOS = -1_500_000L
     }
 }

@@ -2,10 +2,14 @@ package dev.ml2sensors.ros
 
 import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.message.Point
+import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.ServiceType
 import dev.ml2sensors.message.SetBool
 import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.message.Trigger
+import dev.ml2sensors.session.AppOpenings
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.SessionFixture
@@ -36,6 +40,7 @@ import kotlinx.serialization.descriptors.element
 import kotlinx.serialization.encoding.Decoder
 import kotlinx.serialization.encoding.Encoder
 import kotlinx.serialization.json.Json
+import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.int
 import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
@@ -45,6 +50,9 @@ import org.junit.jupiter.api.Test
 import org.junit.jupiter.params.ParameterizedTest
 import org.junit.jupiter.params.provider.CsvSource
 import java.io.IOException
+import java.nio.ByteBuffer
+import java.nio.ByteOrder
+import java.util.concurrent.CountDownLatch
 import kotlin.random.Random
 import kotlin.test.assertContains
 import kotlin.test.assertContentEquals
@@ -400,6 +408,45 @@ class SubscriptionsTest {
         }
     }
 
+    @Test
+    fun aTransformComesWithBothOfItsTimesAgainAfterAnOutageAndIsInNoBook() = runBlocking<Unit> {
+        subscriptions.transform("base_link", "world", maxHz = 30.0).test {
+            val session = session()
+            val open = session.await(HostFrame.OPEN).json
+            val expected =
+                """{"id": 1, "kind": "transform", "max_hz": 30.0, "frame": "base_link", "reference": "world"}"""
+            assertEquals(Json.parseToJsonElement(expected), open)
+            session.opens(1)
+            session.pose(1, stampNanos = 0, newestNanos = 0)
+            assertEquals(StampedPose(POSE, null, null), awaitItem())
+            session.pose(1, stampNanos = 1_700_000_000_000_000_001, newestNanos = 1_700_000_000_000_000_000)
+            assertEquals(StampedPose(POSE, 1_700_000_000_000_000_001, 1_700_000_000_000_000_000), awaitItem())
+            assertEquals(emptyMap(), subscriptions.counts())
+            lose(session)
+            val next = session()
+            next.opens(1)
+            next.pose(1, stampNanos = 2, newestNanos = 1)
+            assertEquals(StampedPose(POSE, 2, 1), awaitItem())
+            next.write(HostFrame.CLOSED, """{"id": 1, "reason": "the rules have changed", "code": "rules"}""")
+            val error = assertIs<SubscriptionException>(awaitError())
+            assertEquals("base_link in world: the rules have changed", error.message)
+        }
+    }
+
+    @Test
+    fun framesWithoutANameAndRatesOfNothingAreRefused() {
+        for ((frame, reference, maxHz) in listOf(Triple("", "b", 1.0), Triple("a", "", 1.0), Triple("a", "b", 0.0))) {
+            assertFailsWith<IllegalArgumentException> { subscriptions.transform(frame, reference, maxHz) }
+        }
+    }
+
+    private fun HostSession.pose(id: Int, stampNanos: Long, newestNanos: Long) {
+        val body = ByteBuffer.allocate(64).order(ByteOrder.LITTLE_ENDIAN)
+        val (at, turn) = POSE
+        for (number in listOf(at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w)) body.putDouble(number)
+        send(HostFrame.POSE, id, 0, body.putLong(newestNanos).array(), stampNanos)
+    }
+
     private fun chatter(
         keep: Keep = Keep.Latest,
         maxHz: Double? = null,
@@ -452,6 +499,7 @@ class SubscriptionsTest {
     }
 
     private companion object {
+        val POSE = Pose(Point(1.0, -2.0, 3.0), Quaternion(0.5, -0.5, 0.5, 0.5))
         val HASH = "RIHS01_" + "0af9".repeat(16)
 
         /** Claims more text than there is. */
@@ -459,18 +507,50 @@ class SubscriptionsTest {
     }
 }
 
-class ServiceClientsTest {
-    private val fixture = SessionFixture()
-    private val clients = ServiceClients()
-    private val pause = ServiceClient(clients, "/pause", SetBool)
-    private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
-    private lateinit var running: Deferred<Throwable?>
+/** Sessions of an app that has services, with a scripted receiver. */
+abstract class ServiceSessions {
+    internal abstract val app: AppOpenings
+    internal val fixture = SessionFixture()
+    internal val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
+    internal lateinit var running: Deferred<Throwable?>
 
     @AfterEach
     fun close() {
         scope.cancel()
         fixture.close()
     }
+
+    internal fun calling(block: suspend () -> Unit) = runBlocking<Unit> { block() }
+
+    internal fun session(): HostSession {
+        running = fixture.run(app = app)
+        return fixture.host.awaitHello().apply { welcome(ros = true) }
+    }
+
+    /** Cuts the connections of a session, and waits until the device has noticed. */
+    internal fun lose(session: HostSession) {
+        session.cut()
+        assertIs<IOException>(fixture.outcome(running))
+    }
+
+    /** Answers the OPEN of [id], which is the one of that number in this session. */
+    internal fun HostSession.opens(id: Int) {
+        assertEquals(id, await(HostFrame.OPEN, id - 1).json.getValue("id").jsonPrimitive.int)
+        write(HostFrame.OPENED, """{"id": $id, "result": "opened", "lane": "ros", "name": "/full/name"}""")
+    }
+
+    /** Waits for a STATUS that has these counts of the only client or service. */
+    internal fun HostSession.awaitCalls(expected: String) {
+        val counts = Json.parseToJsonElement("""{"1": $expected}""")
+        var status = 0
+        while (await(HostFrame.STATUS, status).json["calls"] != counts) status++
+    }
+}
+
+class ServiceClientsTest : ServiceSessions() {
+    private val clients = ServiceClients()
+    override val app: AppOpenings get() = clients
+    private val pause = clients.client("/pause", SetBool)
 
     @Test
     fun aRequestHasItsResponse() = calling {
@@ -490,6 +570,26 @@ class ServiceClientsTest {
         session.answer(session.await(HostFrame.REQUEST, 1), "goes on")
         assertEquals("goes on", second.await().message)
         assertEquals(1, session.frames(HostFrame.OPEN).size)
+    }
+
+    @Test
+    fun statusCountsCallsByTheirOutcomeOverSessions() = calling {
+        val first = session()
+        val calls = listOf(call(true), call(true)).also { first.opens(1) }
+        val requests = List(2) { first.await(HostFrame.REQUEST, it) }
+        first.answer(requests[0], "")
+        first.answer(requests[1], HostFrame.FAILURE, """{"code": "unheard_of", "message": ""}""".toByteArray())
+        calls.forEach { runCatching { it.await() } }
+        call(true).apply { first.await(HostFrame.REQUEST, 2) }.cancelAndJoin()
+        val lost = call(true)
+        first.awaitCalls("""{"requests": 4, "responses": 1, "failures": {"cancelled": 1, "other": 1}}""")
+        first.await(HostFrame.REQUEST, 3)
+        lose(first)
+        runCatching { lost.await() }
+        call(true)
+        session().apply { opens(1) }.awaitCalls(
+            """{"requests": 5, "responses": 1, "failures": {"cancelled": 1, "link_down": 1, "other": 1}}""",
+        )
     }
 
     @ParameterizedTest
@@ -587,7 +687,7 @@ class ServiceClientsTest {
     @Test
     fun aRequestThatIsTooLargeAndAResponseOfAnotherTypeAreToldApart() = calling {
         val echo = ServiceType("a/srv/Echo", StringMessage.serializer(), StringMessage.serializer())
-        val client = ServiceClient(clients, "/echo", echo)
+        val client = clients.client("/echo", echo)
         val most = 65_536 - 4 - 4 - 1
         val large = scope.async { client.call(StringMessage("x".repeat(most)), TEST_LIMIT) }
         val session = session().apply { opens(1) }
@@ -634,23 +734,24 @@ class ServiceClientsTest {
         }
         assertEquals(10_000, answered + lost)
         assertTrue(answered > 1000 && lost > 1000, "$answered answered, $lost lost")
+        val counts = pause.named.book.counts()
+        val expected = Triple(10_000L, answered.toLong(), mapOf("link_down" to lost.toLong()))
+        assertEquals(expected, Triple(counts.requests, counts.responses, counts.failures))
     }
 
     @Test
     fun aTypeThatIsNoServiceIsRefusedAtOnce() {
         for (type in listOf("std_srvs/msg/SetBool", "SetBool", "a/srv/${"A".repeat(250)}")) {
             val named = ServiceType(type, StringMessage.serializer(), StringMessage.serializer())
-            assertFailsWith<IllegalArgumentException>(type) { ServiceClient(clients, "/a", named) }
+            assertFailsWith<IllegalArgumentException>(type) { clients.client("/a", named) }
         }
         for (name in listOf("", "a".repeat(256), "/\u0007")) {
-            assertFailsWith<IllegalArgumentException> { ServiceClient(clients, name, Trigger) }
+            assertFailsWith<IllegalArgumentException> { clients.client(name, Trigger) }
         }
         for (limit in listOf(Duration.ZERO, (-1).seconds)) {
             assertFailsWith<IllegalArgumentException> { runBlocking { pause.call(SetBool.Request(true), limit) } }
         }
     }
-
-    private fun calling(block: suspend () -> Unit) = runBlocking<Unit> { block() }
 
     private fun call(on: Boolean, timeout: Duration = TEST_LIMIT): Deferred<SetBool.Response> =
         scope.async { pause.call(SetBool.Request(on), timeout) }
@@ -660,23 +761,6 @@ class ServiceClientsTest {
         assertEquals(reason to message, error.reason to error.message)
     }
 
-    private fun session(): HostSession {
-        running = fixture.run(app = clients)
-        return fixture.host.awaitHello().apply { welcome(ros = true) }
-    }
-
-    /** Cuts the connections of a session, and waits until the device has noticed. */
-    private fun lose(session: HostSession) {
-        session.cut()
-        assertIs<IOException>(fixture.outcome(running))
-    }
-
-    /** Answers the OPEN of [id], which is the one of that number in this session. */
-    private fun HostSession.opens(id: Int) {
-        assertEquals(id, await(HostFrame.OPEN, id - 1).json.getValue("id").jsonPrimitive.int)
-        write(HostFrame.OPENED, """{"id": $id, "result": "opened", "lane": "ros"}""")
-    }
-
     private fun HostSession.answer(request: HostFrame, message: String) {
         val body = Cdr.encodeToByteArray(SetBool.Response.serializer(), SetBool.Response(true, message))
         answer(request, HostFrame.RESPONSE, body)
@@ -684,4 +768,183 @@ class ServiceClientsTest {
 
     private fun HostSession.answer(request: HostFrame, kind: Int, body: ByteArray) =
         send(kind, request.channel, request.sequence.toInt(), body)
+}
+
+class ServiceServersTest : ServiceSessions() {
+    private val servers = ServiceServers()
+    override val app: AppOpenings get() = servers
+    private val asked = Channel<Boolean>(Channel.UNLIMITED)
+
+    @Test
+    fun aRequestIsAnsweredByTheApp() = calling {
+        val server = echo()
+        assertEquals<Any>(ServiceServer.State.Waiting, server.state.value)
+        val session = session()
+        val expected = """{"id": 1, "kind": "service", "name": "custom/on", "type": "std_srvs/srv/SetBool",
+            "layout": "b>bs"}"""
+        assertEquals(Json.parseToJsonElement(expected), session.await(HostFrame.OPEN).json)
+        session.opens(1)
+        server.state.first { it == ServiceServer.State.Offered("/full/name") }
+        for ((index, value) in listOf(true, false).withIndex()) {
+            session.ask(index + 7, byteArrayOf(0, 1, 0, 0, if (value) 1 else 0))
+            val response = session.await(HostFrame.RESPONSE, index)
+            assertEquals(Triple("ros", 1, index + 7L), Triple(response.lane, response.channel, response.sequence))
+            assertEquals(SetBool.Response(value, "it is $value"), response.response())
+        }
+    }
+
+    @Test
+    fun aRequestThatComesBeforeOpenedIsAnswered() = calling {
+        echo()
+        val session = session()
+        session.await(HostFrame.OPEN)
+        session.ask(1)
+        session.await(HostFrame.RESPONSE)
+        session.opens(1)
+    }
+
+    @Test
+    fun whatTheAppCannotAnswerFailsWithItsReasonAndTheNextRequestIsAnswered() = calling {
+        var answer: suspend (SetBool.Request) -> SetBool.Response = { SetBool.Response(true, "") }
+        servers.offer("custom/on", SetBool) { answer(it) }
+        val session = session().apply { opens(1) }
+        val most = 65_536 - 4 - 1 - 3 - 4 - 1
+        val cases = listOf<Triple<String, ByteArray, suspend (SetBool.Request) -> SetBool.Response>>(
+            Triple("refused: IllegalStateException: no, \\u0007 no", TRUE) { error("no, \u0007 no") },
+            Triple("refused: StackOverflowError: deep", TRUE) { throw StackOverflowError("deep") },
+            Triple("too_large: a response of 65537 bytes, expected at most 65536", TRUE) {
+                SetBool.Response(true, "x".repeat(most + 1))
+            },
+            Triple("malformed: ", byteArrayOf(0, 1, 0, 0)) { SetBool.Response(true, "") },
+        )
+        for ((index, case) in cases.withIndex()) {
+            val (expected, request, act) = case
+            answer = act
+            session.ask(index, request)
+            val failure = session.await(HostFrame.FAILURE, index).json.mapValues { it.value.jsonPrimitive.content }
+            assertContains("${failure["code"]}: ${failure["message"]}", expected)
+        }
+        answer = { SetBool.Response(true, "x".repeat(most)) }
+        session.ask(cases.size)
+        assertEquals(most, session.await(HostFrame.RESPONSE).response().message.length)
+        session.awaitCalls(
+            """{"requests": 5, "responses": 1, "failures": {"malformed": 1, "refused": 2, "too_large": 1}}""",
+        )
+    }
+
+    @Test
+    fun answersThatNeverEndAreFailuresInTimeAlsoIfTheyBlock() = calling {
+        val isOver = CountDownLatch(1)
+        servers.offer("custom/on", SetBool) {
+            if (it.data) isOver.await() else awaitCancellation()
+            SetBool.Response(true, "")
+        }
+        val session = session().apply { opens(1) }
+        for ((index, request) in listOf(TRUE, FALSE).withIndex()) {
+            session.ask(index, request, 50.milliseconds)
+            val failure = session.await(HostFrame.FAILURE, index)
+            assertEquals("timeout" to index.toLong(), failure.json.code() to failure.sequence)
+        }
+        isOver.countDown()
+    }
+
+    @Test
+    fun sixteenRequestsAreAnsweredAtTheSameTimeAndOneMoreIsBusy() = calling {
+        val mayAnswer = CountDownLatch(1)
+        servers.offer("custom/on", SetBool) {
+            asked.trySend(it.data)
+            mayAnswer.await()
+            SetBool.Response(true, "")
+        }
+        val session = session().apply { opens(1) }
+        repeat(17) { session.ask(it) }
+        repeat(16) { withTimeout(TEST_LIMIT) { asked.receive() } }
+        val failure = session.await(HostFrame.FAILURE)
+        assertEquals("busy" to 16L, failure.json.code() to failure.sequence)
+        mayAnswer.countDown()
+        session.await(HostFrame.RESPONSE, 15)
+        assertEquals((0L..<16).toSet(), session.frames(HostFrame.RESPONSE).map { it.sequence }.toSet())
+    }
+
+    @Test
+    fun theEndOfASessionCancelsWhatTheAppAnswersAndTheNextOneOffersAgain() = calling {
+        val ended = CompletableDeferred<Unit>()
+        val server = servers.offer("custom/on", SetBool) {
+            try {
+                asked.trySend(it.data)
+                if (ended.isCompleted) SetBool.Response(true, "again") else awaitCancellation()
+            } finally {
+                ended.complete(Unit)
+            }
+        }
+        val first = session().apply { opens(1) }
+        first.ask(5)
+        withTimeout(TEST_LIMIT) { asked.receive() }
+        lose(first)
+        withTimeout(TEST_LIMIT) { ended.await() }
+        server.state.first { it == ServiceServer.State.Waiting }
+        val second = session().apply { opens(1) }
+        second.ask(6)
+        assertEquals("again", second.await(HostFrame.RESPONSE).response().message)
+        second.awaitCalls("""{"requests": 2, "responses": 1, "failures": {"link_down": 1}}""")
+    }
+
+    @Test
+    fun aServiceThatTheReceiverRefusesSaysWhyAndIsAskedForInTheNextSession() = calling {
+        val server = echo()
+        val first = session()
+        first.await(HostFrame.OPEN)
+        first.write(HostFrame.OPENED, """{"id": 1, "result": "refused", "reason": "no rule", "code": "rules"}""")
+        server.state.first { it == ServiceServer.State.Refused("no rule") }
+        val other = servers.offer("custom/other", Trigger) { Trigger.Response(true, "") }
+        first.opens(2)
+        first.write(HostFrame.CLOSED, """{"id": 2, "reason": "the rules have changed", "code": "rules"}""")
+        other.state.first { it == ServiceServer.State.Refused("the rules have changed") }
+        assertEquals(2, first.frames(HostFrame.OPEN).size)
+        lose(first)
+        session().opens(2)
+    }
+
+    @Test
+    fun aReceiverWithoutOpeningsRefusesServices() = calling {
+        val server = echo()
+        running = fixture.run(app = servers)
+        fixture.host.awaitHello().welcome()
+        server.state.first { it is ServiceServer.State.Refused }
+    }
+
+    @Test
+    fun aClosedServiceIsClosedInTheSession() = calling {
+        val server = echo()
+        val session = session().apply { opens(1) }
+        server.state.first { it is ServiceServer.State.Offered }
+        server.close()
+        assertEquals("""{"id":1}""", session.await(HostFrame.CLOSE).body.decodeToString())
+        assertEquals<Any>(ServiceServer.State.Refused("the app has closed the service"), server.state.value)
+        echo()
+        session.opens(2)
+    }
+
+    @Test
+    fun servicesEndWithTheStreamer() = calling {
+        val before = echo()
+        servers.end()
+        for (server in listOf(before, echo())) {
+            assertEquals<Any>(ServiceServer.State.Refused("the streamer has ended"), server.state.value)
+        }
+    }
+
+    private fun echo() = servers.offer("custom/on", SetBool) { SetBool.Response(it.data, "it is ${it.data}") }
+
+    private fun HostSession.ask(number: Int, request: ByteArray = TRUE, limit: Duration = TEST_LIMIT) =
+        send(HostFrame.REQUEST, 1, number, request, limit.inWholeNanoseconds)
+
+    private fun HostFrame.response() = Cdr.decodeFromByteArray(SetBool.Response.serializer(), body)
+
+    private fun JsonObject.code() = getValue("code").jsonPrimitive.content
+
+    private companion object {
+        val TRUE = byteArrayOf(0, 1, 0, 0, 1)
+        val FALSE = byteArrayOf(0, 1, 0, 0, 0)
+    }
 }

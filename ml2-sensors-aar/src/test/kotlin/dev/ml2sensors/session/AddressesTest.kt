@@ -30,7 +30,7 @@ class AddressesTest {
         ServerSocket(0, 1, address("127.0.0.1")).use { server ->
             ServerSocket().use { full ->
                 full.bind(InetSocketAddress(address("127.0.0.2"), server.localPort), 1)
-                // Those that the backlog has no place for are never answered
+                // Connections for which the backlog has no place are never answered
                 val waiting = List(8) { SocketChannel.open().apply { configureBlocking(false) } }
                 waiting.forEach { it.connect(full.localSocketAddress) }
                 val found = open(server.localPort, "127.0.0.2", "127.0.0.1").use { it.address }

@@ -14,7 +14,7 @@ internal class FakeKernel(private val open: Boolean = false) {
     val writes = CopyOnWriteArrayList<List<Int>>()
     val sequences: List<Int> get() = writes.flatten()
 
-    /** Of the bodies. */
+    /** The lengths of the bodies. */
     val lengths = CopyOnWriteArrayList<Int>()
     private val permits = Semaphore(0)
     private val entered = Semaphore(0)

@@ -24,7 +24,9 @@ import kotlin.time.Duration.Companion.seconds
  * In-memory streams: each has a topic `<stream>/image` on its own lane and `<stream>/info` on `sensors`. The stream
  * `absent` is refused. Messages are made by [offer].
  */
-internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : StreamControl {
+internal class FakeStreams(override val drainLimit: Duration = 2.seconds) :
+    StreamControl,
+    StreamReports {
     private val lanes = ConcurrentHashMap<String, Lane>()
     private val countersByTopic = ConcurrentHashMap<String, ChannelCounters>()
     private val ids = listOf("world_left", "color", "depth").flatMap { listOf("$it/image", "$it/info") }
@@ -34,10 +36,11 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     @Volatile
     var configuring = CompletableDeferred(Unit)
 
-    /** What the session asked for, in order. */
+    /** The calls of the session, in order. */
     val calls = MutableStateFlow(emptyList<String>())
 
-    override val capabilities = listOf("world_left", "color", "depth")
+    override val reports get() = this
+    val capabilities = listOf("world_left", "color", "depth")
     override val thermal = "light"
     override val timestampBases = mapOf("color" to "monotonic")
     override val streamStates get() = states
@@ -48,7 +51,7 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     override val failures = Channel<SourceFailure>(Channel.UNLIMITED)
     override val events = EventQueue()
 
-    override fun beginSession(received: Map<String, Long>?) {
+    override fun beginSession(received: Map<String, Long>?, servesApps: Boolean) {
         call("beginSession $received")
         if (received != null) countersByTopic.forEach { (topic, counters) -> counters.reconcile(received[topic] ?: 0) }
     }

@@ -48,6 +48,7 @@ internal class HostFrame(
         const val CLOSED = 99
         const val TAKEN = 112
         const val MESSAGE = 128
+        const val POSE = 129
         const val REQUEST = 130
         const val RESPONSE = 131
         const val FAILURE = 132

@@ -17,7 +17,7 @@ internal class ProtocolJudge(private val host: ScriptedHost) {
     private val channels = HashMap<Int, Channel>()
     private var byeWritten = false
 
-    /** What may still come of filler; null when nothing was asked for. */
+    /** The bytes of filler that may still come; null when nothing was asked for. */
     private var fillerBytes: Int? = null
 
     fun topic(channel: Int): String? = channels[channel]?.topic
@@ -42,9 +42,9 @@ internal class ProtocolJudge(private val host: ScriptedHost) {
     }
 
     private fun announce(frame: HostFrame) {
-        val json = frame.json.mapValues { it.value.jsonPrimitive.content }
-        val id = json.getValue("id").toInt()
-        val channel = Channel(json.getValue("topic"), json.getValue("lane"))
+        fun text(key: String) = frame.json.getValue(key).jsonPrimitive.content
+        val id = text("id").toInt()
+        val channel = Channel(text("topic"), text("lane"))
         if (channels.values.any { it.isLive && it.topic == channel.topic }) host.breach("announced twice: $frame")
         channels.put(id, channel)?.let {
             if (it.isLive || it.topic != channel.topic) host.breach("id used twice: $frame")

@@ -35,7 +35,7 @@ internal class ScriptedHost(
     @Volatile
     var clockOffsetNanos = 1_700_000_000_000_000_000L
 
-    /** Whether it closes its side of control after the device's BYE. */
+    /** True if it closes its side of control after the device's BYE. */
     var closesAfterBye = true
 
     /** Lanes whose JOIN and frames are not answered. */

@@ -9,7 +9,6 @@ import dev.ml2sensors.wire.Frame
 import dev.ml2sensors.wire.Hello
 import dev.ml2sensors.wire.Open
 import dev.ml2sensors.wire.Opened
-import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
@@ -34,8 +33,6 @@ internal class ListedOpenings(private vararg val wanted: Open) : AppOpenings {
     override fun closed(end: Closed) = Unit
 
     override fun take(frame: Frame, left: () -> Unit) = true
-
-    override fun counts(): Map<String, Status.OpeningCounts> = emptyMap()
 }
 
 /** Sessions of [FakeStreams] with a [ScriptedHost]. */

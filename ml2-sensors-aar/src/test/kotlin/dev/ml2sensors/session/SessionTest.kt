@@ -17,7 +17,7 @@ import kotlin.test.assertEquals
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
 
-/** What happens between START and the end. */
+/** Tests the session between START and its end. */
 class SessionTest {
     private val fixture = SessionFixture()
     private val host = fixture.host

@@ -72,7 +72,7 @@ class RosCameraTest {
         }
     }
 
-    /** Of a ray at [theta] from the optical axis, [phi] from x to y. */
+    /** Returns the pixel of a ray at [theta] from the optical axis, [phi] from x to y. */
     private fun Intrinsics.project(theta: Double, phi: Double): Pair<Double, Double> {
         val (k1, k2, k3, k4) = distortion.coefficients
         val (p1, p2) = distortion.coefficients.drop(4).ifEmpty { listOf(0.0, 0.0) }

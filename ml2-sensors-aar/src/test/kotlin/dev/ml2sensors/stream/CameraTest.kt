@@ -204,7 +204,7 @@ class CameraTest {
         assertTrue(fixture.finish(session).values.all { it.dropped.isEmpty() })
     }
 
-    /** Of capture [number], in image and camera_info, and from the metadata's JSON. */
+    /** Returns the headers of capture [number], in image and camera_info, and from the metadata's JSON. */
     private fun headers(session: HostSession, camera: String, number: Int): List<Header> {
         fun at(suffix: String): HostFrame = session.awaitData("$camera/$suffix", number + 1)[number]
         val metadata = Json.parseToJsonElement(at("metadata").message<StringMessage>().data).jsonObject

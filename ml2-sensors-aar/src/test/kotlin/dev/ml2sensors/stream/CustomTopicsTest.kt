@@ -5,6 +5,7 @@ import kotlinx.coroutines.delay
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
 import kotlinx.serialization.json.JsonObject
+import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
@@ -17,7 +18,9 @@ import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
 import kotlin.test.assertSame
 import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.microseconds
 import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
 
 /** Topics of the app's own, as a receiver sees them. */
 class CustomTopicsTest {
@@ -161,6 +164,74 @@ class CustomTopicsTest {
         for (bytes in listOf(byteArrayOf(), byteArrayOf(0, 0, 0, 0, 1), message(0).copyOf(65537))) {
             assertFailsWith<IllegalArgumentException> { publisher.publish(ByteBuffer.wrap(bytes), 0) }
         }
+    }
+
+    @Test
+    fun absoluteLatchedAndLargeTopicsAndWillsAreAnnouncedAsTheyWereMade() = runBlocking<Unit> {
+        val will = Will(ByteBuffer.wrap(message(9)), 100.milliseconds)
+        val command = fixture.streamer.publisher("/cmd_vel", FLOAT, will = will)
+        fixture.streamer.publisher("mode", FLOAT, isLatched = true)
+        val session = fixture.start(CUSTOM, ros = true)
+        val channels = session.channels()
+        assertEquals(
+            listOf("custom", "custom", FLOAT, "sensor", "", "sensors"),
+            channels.getValue("/cmd_vel").texts(FIELDS),
+        )
+        val said = channels.getValue("/cmd_vel").getValue("will").jsonObject
+        assertEquals("""{"payload":"AAEAAAkAAAA=","silent_ms":100}""", said.toString())
+        assertEquals("latched", channels.getValue("custom/mode").getValue("qos").jsonPrimitive.content)
+        command.publishOnceOpen(1, fixture.now)
+        assertContentEquals(message(1), session.awaitData("/cmd_vel")[0].body)
+        // Joins a lane of its own while the session runs
+        val map = fixture.streamer.publisher("map", FLOAT, isLarge = true)
+        session.await(HostFrame.CHANNEL, 2)
+        session.start(1)
+        val large = message(0).copyOf(16 shl 20)
+        eventually { map.publish(ByteBuffer.wrap(large), fixture.now) }
+        val (frame) = session.awaitData("custom/map")
+        assertEquals("custom", frame.lane)
+        assertContentEquals(large, frame.body)
+        assertFailsWith<IllegalArgumentException> { map.publish(ByteBuffer.wrap(large.copyOf(large.size + 1)), 0) }
+        fixture.finish(session)
+    }
+
+    @Test
+    fun aReceiverThatServesNoAppsIsToldOfPlainTopicsAlone() = runBlocking<Unit> {
+        val plain = fixture.streamer.publisher("plain", FLOAT)
+        val others = listOf(
+            fixture.streamer.publisher("/cmd_vel", FLOAT),
+            fixture.streamer.publisher("mode", FLOAT, isLatched = true),
+            fixture.streamer.publisher("map", FLOAT, isLarge = true),
+            fixture.streamer.publisher("stop", FLOAT, will = Will(ByteBuffer.wrap(message(9)), 50.milliseconds)),
+        )
+        val session = fixture.start(CUSTOM)
+        plain.publishOnceOpen(1, fixture.now)
+        assertEquals(setOf("custom/plain"), session.channels().keys)
+        for (it in others) {
+            assertFalse(it.publish(ByteBuffer.wrap(message(1)), fixture.now))
+            assertContains(it.refusal.orEmpty(), "serves no apps")
+        }
+        session.close()
+        val next = fixture.session(CUSTOM, ros = true)
+        others.forEach { it.publishOnceOpen(1, fixture.now) }
+        fixture.finish(next)
+    }
+
+    @Test
+    fun aTopicKeepsWhatItWasMadeWithAndAWillHasBounds() {
+        val streamer = fixture.streamer
+        streamer.publisher("a", FLOAT)
+        assertFailsWith<IllegalArgumentException> { streamer.publisher("a", FLOAT, isLatched = true) }
+        assertFailsWith<IllegalArgumentException> { streamer.publisher("a", FLOAT, isLarge = true) }
+        for (name in listOf("/", "/a/", "//a", "/a/_b", "/1a", "/a__b", "/" + "a".repeat(255))) {
+            assertFailsWith<IllegalArgumentException>(name) { streamer.publisher(name, FLOAT) }
+        }
+        val word = ByteBuffer.wrap(message(1))
+        for (silence in listOf(49.milliseconds, 5001.milliseconds, 100_500.microseconds)) {
+            assertFailsWith<IllegalArgumentException>("$silence") { Will(word, silence) }
+        }
+        assertFailsWith<IllegalArgumentException> { Will(ByteBuffer.allocate(8), 1.seconds) }
+        assertFailsWith<IllegalArgumentException> { Will(ByteBuffer.wrap(message(1).copyOf(2049)), 1.seconds) }
     }
 
     /** START travels on another connection than what tells the test of it. */

@@ -43,10 +43,10 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
     private val feeds = MutableStateFlow(emptyList<Feed>())
     private val agreed = ConcurrentHashMap.newKeySet<Pair<StreamSpec, StreamValues>>()
 
-    /** How a stream answers, where it does not just apply what is asked for. */
+    /** The answers of streams that do not just apply what is asked for. */
     val answers = ConcurrentHashMap<StreamSpec, Answer>()
 
-    /** What it says about permissions; may throw. */
+    /** Returns the permissions; may throw. */
     @Volatile
     var readPermissions: () -> Map<String, Boolean> = ::emptyMap
     override val permissions get() = readPermissions()
@@ -54,7 +54,7 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
     /** Streams whose negotiation throws. */
     val broken = ConcurrentHashMap<StreamSpec, RuntimeException>()
 
-    /** Why streams deliver nothing. */
+    /** The reasons why streams deliver nothing. */
     @Volatile
     override var holds = emptyMap<String, String>()
 

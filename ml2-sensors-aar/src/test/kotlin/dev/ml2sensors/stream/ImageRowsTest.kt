@@ -34,12 +34,18 @@ class ImageRowsTest {
         assertContentEquals(intArrayOf(0, 23), intArrayOf(pixels.position(), pixels.limit()))
     }
 
+    @Test
+    fun aPlaneBesideACompressedImageHasRowsWithoutPadding() {
+        val confidence = image(ByteBuffer.wrap(ByteArray(48) { it.toByte() }), strideBytes = 0)
+        assertEquals(16u to 48, confidence.step to confidence.data.remaining())
+    }
+
     private fun image(size: Int) = image(ByteBuffer.wrap(ByteArray(size) { it.toByte() }))
 
-    /** Of rows of 4 pixels, and 2 bytes of padding. */
-    private fun image(pixels: ByteBuffer): Image {
+    /** Returns an image of rows of 4 pixels, and 2 bytes of padding. */
+    private fun image(pixels: ByteBuffer, strideBytes: Int = 6): Image {
         val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, pixels))
-        val sample = ImageSample(0, 0, width = 4, height = 3, strideBytes = 6, null, null, CaptureSettings(), planes) {}
+        val sample = ImageSample(0, 0, width = 4, height = 3, strideBytes, null, null, CaptureSettings(), planes) {}
         return sample.toImage(Header(Time(0, 0u), "frame"), "mono8", sample.pixels)
     }
 

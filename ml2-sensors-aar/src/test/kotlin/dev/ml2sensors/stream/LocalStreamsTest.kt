@@ -24,7 +24,7 @@ import kotlin.test.assertIs
 import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
 
-/** What runs on the headset while no receiver answers. */
+/** Tests the streams that run on the headset while no receiver answers. */
 class LocalStreamsTest {
     private val headset = FakeHeadset()
 

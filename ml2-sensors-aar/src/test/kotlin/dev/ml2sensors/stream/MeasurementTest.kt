@@ -3,6 +3,7 @@ package dev.ml2sensors.stream
 import dev.ml2sensors.conformance.FluidPressure
 import dev.ml2sensors.conformance.Illuminance
 import dev.ml2sensors.message.BatteryState
+import dev.ml2sensors.message.Detection3DArray
 import dev.ml2sensors.message.Imu
 import dev.ml2sensors.message.Joy
 import dev.ml2sensors.message.MagneticField
@@ -13,12 +14,15 @@ import dev.ml2sensors.message.PoseStamped
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.message.toPose
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Marker
+import dev.ml2sensors.source.MarkersSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
@@ -137,6 +141,23 @@ class MeasurementTest {
         assertEquals("controller_frame", joy.header.frameId)
         assertEquals(listOf(0.75f, -0.5f, 0.25f, 0.125f), joy.axes)
         assertEquals(listOf(1, 0, 1), joy.buttons)
+    }
+
+    @Test
+    fun markersAreDetectionsThatTheirFrameIdentifies() {
+        val markers = listOf(Marker("tag36h11:7", "7", pose, sizeM = 0.16, reprojectionErrorM = 0.5))
+        val message = carry(StreamTable.markers, "{}", MarkersSample(fixture.now, markers)).message<Detection3DArray>()
+        assertEquals("magicleap_world", message.header.frameId)
+        val detection = message.detections.single()
+        assertEquals(message.header, detection.header)
+        assertEquals("tag36h11:7", detection.id)
+        assertEquals(Vector3(0.16, 0.16, 0.0), detection.bbox.size)
+        assertEquals(pose.toPose(), detection.bbox.center)
+        val result = detection.results.single()
+        assertEquals("7" to 1.0, result.hypothesis.classId to result.hypothesis.score)
+        assertEquals(pose.toPose(), result.pose.pose)
+        val diagonal = DoubleArray(36) { if (it in listOf(0, 7, 14)) 0.25 else 0.0 }
+        assertContentEquals(diagonal, result.pose.covariance)
     }
 
     @Test

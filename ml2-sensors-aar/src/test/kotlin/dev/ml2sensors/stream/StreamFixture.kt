@@ -32,16 +32,19 @@ internal class StreamFixture(
     val now: Long get() = headset.clock.nowNanos()
 
     /** Starts streaming; the first [session]. */
-    fun start(streams: String, held: List<String> = emptyList()): HostSession {
+    fun start(streams: String, held: List<String> = emptyList(), ros: Boolean = false): HostSession {
         streamer.start()
-        return session(streams, held)
+        return session(streams, held, ros)
     }
 
-    /** A session that is started with [streams], the JSON of CONFIGURE; lanes of [held] are not read yet. */
-    fun session(streams: String, held: List<String> = emptyList()): HostSession {
+    /**
+     * A session that is started with [streams], the JSON of CONFIGURE; lanes of [held] are not read yet. The receiver
+     * serves apps if [ros].
+     */
+    fun session(streams: String, held: List<String> = emptyList(), ros: Boolean = false): HostSession {
         val session = host.awaitHello()
         held.forEach(session::hold)
-        session.welcome(host.received())
+        session.welcome(host.received(), ros = ros)
         session.configure(1, streams)
         session.start(1)
         return session
@@ -73,7 +76,7 @@ internal class StreamFixture(
     }
 }
 
-/** What STATUS says of a channel. */
+/** The counters of a channel in STATUS. */
 internal data class Counters(val produced: Long, val sent: Long, val dropped: Map<String, Long>)
 
 @OptIn(ExperimentalSerializationApi::class)

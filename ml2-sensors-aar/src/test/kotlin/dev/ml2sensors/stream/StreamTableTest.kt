@@ -8,6 +8,9 @@ import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.InputSample
+import dev.ml2sensors.source.MapSample
+import dev.ml2sensors.source.MapState
+import dev.ml2sensors.source.MarkersSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
@@ -61,6 +64,8 @@ class StreamTableTest {
             "pressure" in stream || "light" in stream -> ScalarSample(CAPTURE, 1.0)
             "hand" in stream -> PosesSample(CAPTURE, listOf(pose))
             stream == "battery" -> BatterySample(CAPTURE, 4f, -1f, 0.5f, ChargeStatus.DISCHARGING)
+            stream == "map" -> MapSample(CAPTURE, null, MapState("unknown", "poor", emptyList(), "", "", ""))
+            stream == "markers" -> MarkersSample(CAPTURE, emptyList())
             stream == "controller_joy" -> InputSample(CAPTURE, 0f, false, false, false, 0f, 0f, 0f)
             stream in setOf("gaze", "head_pose", "controller") -> PoseSample(CAPTURE, Transform.IDENTITY)
             "world" in stream || stream in setOf("color", "mixed_reality", "infra") -> image()
@@ -129,6 +134,8 @@ class StreamTableTest {
             battery battery sensor_msgs/msg/BatteryState sensors sensor head_frame
             tf /tf tf2_msgs/msg/TFMessage sensors tf magicleap_world
             controller controller geometry_msgs/msg/PoseStamped sensors sensor magicleap_world
-            controller_joy controller/joy sensor_msgs/msg/Joy sensors sensor controller_frame"""
+            controller_joy controller/joy sensor_msgs/msg/Joy sensors sensor controller_frame
+            markers markers vision_msgs/msg/Detection3DArray sensors sensor magicleap_world
+            map map/state diagnostic_msgs/msg/DiagnosticArray sensors sensor magicleap_map"""
     }
 }

@@ -1,11 +1,13 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.message.DiagnosticArray
 import dev.ml2sensors.message.Matrix
 import dev.ml2sensors.message.TFMessage
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.TransformStamped
 import dev.ml2sensors.message.assertMatrix
 import dev.ml2sensors.message.interpolate
+import dev.ml2sensors.message.inverse
 import dev.ml2sensors.message.times
 import dev.ml2sensors.message.toMatrix
 import dev.ml2sensors.message.transform
@@ -14,6 +16,10 @@ import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.MapSample
+import dev.ml2sensors.source.MapState
+import dev.ml2sensors.source.Marker
+import dev.ml2sensors.source.MarkersSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -73,6 +79,58 @@ class TransformTreeTest {
         assertEquals(sent.captureNanos, transform.header.stamp.toNanos())
         assertEquals("magicleap_world", transform.header.frameId)
         assertMatrix(pose.toMatrix(), session.transforms().of("controller_frame"))
+    }
+
+    @Test
+    fun markersAreChildrenOfTheWorldWhileTheyAreTracked() = runBlocking<Unit> {
+        val session = fixture.start("""{"markers": {}, "tf": {}}""")
+        val poses = mapOf("marker_7" to random.transform(), "marker_9" to random.transform())
+        val markers = poses.map { (frame, it) -> Marker(frame, frame, it, sizeM = 0.2, reprojectionErrorM = 0.0) }
+        fixture.headset.deliver(StreamTable.markers, MarkersSample(fixture.now, emptyList()))
+        fixture.headset.deliver(StreamTable.markers, MarkersSample(fixture.now + HEAD, markers))
+        val sent = session.awaitData("markers", 2)[1]
+        session.awaitData("/tf", 1)
+        assertEquals(poses.keys, session.transforms().map { it.childFrameId }.toSet())
+        for ((frame, pose) in poses) assertMatrix(pose.toMatrix(), session.transforms().of(frame))
+        for (it in session.transforms()) {
+            assertEquals(sent.captureNanos to "magicleap_world", it.header.stamp.toNanos() to it.header.frameId)
+        }
+    }
+
+    @Test
+    fun theMapIsTheParentOfTheWorldWhileTheHeadsetIsLocalizedInIt() = runBlocking<Unit> {
+        val session = fixture.start("""{"map": {"localize": "Lab"}, "tf": {}}""")
+        val origin = random.transform()
+        val lab = MapState("localized", "good", emptyList(), "Lab", "0707", "on_device")
+        var at = fixture.now // of the samples, since a state is repeated after a second
+        suspend fun deliver(pose: Transform?, state: MapState) {
+            fixture.headset.deliver(StreamTable.map, MapSample(at, pose, state))
+            at += HEAD
+        }
+        deliver(null, lab.copy(localization = "pending", name = "", uuid = "", type = ""))
+        deliver(origin, lab)
+        deliver(origin, lab)
+        deliver(null, lab.copy(confidence = "poor", errors = listOf("low_light", "excessive_motion")))
+        deliver(null, lab.copy(name = "Office"))
+        deliver(null, lab)
+        val states = session.awaitData("map/state", 5).map { it.message<DiagnosticArray>().status.single() }
+        assertEquals(
+            listOf(
+                "no transform: localization is pending",
+                "localized in Lab",
+                "no transform: confidence is poor, low_light, excessive_motion",
+                "no transform: localized in Office, asked for Lab",
+                "no transform: the head is not tracked",
+            ),
+            states.map { it.message },
+        )
+        assertEquals(listOf(1, 0, 1, 1, 1), states.map { it.level.toInt() })
+        assertEquals("low_light excessive_motion", states[2].values.single { it.key == "errors" }.value)
+        session.awaitData("/tf", 2)
+        assertEquals(setOf("magicleap_map"), session.transforms().map { it.header.frameId }.toSet())
+        assertMatrix(origin.inverse().toMatrix(), session.transforms().takeLast(1).of("magicleap_world"))
+        assertEquals(listOf("map_localized", "map_lost"), session.events())
+        assertEquals(2, fixture.finish(session).getValue("/tf").produced)
     }
 
     @Test

@@ -28,7 +28,7 @@ internal class TlsPeer(
     needsCertificate: Boolean = true,
     private val script: (SSLSocket) -> Unit,
 ) : Closeable {
-    /** How often a device has shown its certificate: not when it resumes. */
+    /** The number of times that a device has shown its certificate; it does not when it resumes. */
     val certificatesSeen = AtomicInteger()
 
     private val trust = trusting(trusted) { certificatesSeen.incrementAndGet() }
@@ -37,7 +37,7 @@ internal class TlsPeer(
         bind(InetSocketAddress(InetAddress.getLoopbackAddress(), 0))
     }
 
-    /** How the script of the last connection ended, null for well. */
+    /** The failure of the last connection's script; null if it ended well. */
     private var outcome = CompletableFuture<Throwable?>()
     val port: Int get() = server.localPort
 
@@ -59,7 +59,7 @@ internal class TlsPeer(
         synchronized(this) { outcome }.complete(failure)
     }
 
-    /** How the script has ended, null for well; for each connection in turn. */
+    /** Awaits the end of the script, for each connection in turn; returns its failure, or null if it ended well. */
     fun awaitOutcome(): Throwable? {
         val failure = synchronized(this) { outcome }.get(TEST_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)
         synchronized(this) { outcome = CompletableFuture() }

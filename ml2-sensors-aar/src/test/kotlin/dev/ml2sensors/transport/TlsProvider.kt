@@ -3,7 +3,7 @@ package dev.ml2sensors.transport
 import org.conscrypt.Conscrypt
 import java.security.Provider
 
-/** Whose TLS the device uses; Conscrypt is Android's. */
+/** The TLS that the device uses; Conscrypt is Android's. */
 enum class TlsProvider(val newInstance: () -> Provider?) {
     JVM({ null }),
     CONSCRYPT({ Conscrypt.newProvider() }),

@@ -2,6 +2,6 @@
 
 package android.hardware.camera2
 
-/** Of a later Android; Robolectric's stand-in for a camera does not load without. */
+/** A class of a later Android; Robolectric's stand-in for a camera does not load without it. */
 @Suppress("ktlint:standard:class-naming")
 internal class `CameraDevice$CameraDeviceSetup`

@@ -90,7 +90,7 @@ class AvcCodec : ShadowMediaCodec() {
     /** Reports an error of the chip, on this thread. */
     fun fail(): Unit = checkNotNull(callback).onError(codec, codecException("the chip is gone"))
 
-    /** How the planes of an input lie in memory. Chroma begins after a brightness whose rows are padded. */
+    /** The layout of an input's planes in memory. Chroma begins after a brightness whose rows are padded. */
     enum class Layout(private val chromaStep: Int, private val offsetOfU: Int, private val offsetOfV: Int) {
         /** Pairs of U and V. */
         NV12(2, 0, 1),

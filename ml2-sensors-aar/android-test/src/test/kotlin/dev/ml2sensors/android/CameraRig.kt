@@ -57,7 +57,7 @@ internal class CameraRig(private val manager: CameraManager) {
         timestampSource: Int = CameraCharacteristics.SENSOR_INFO_TIMESTAMP_SOURCE_UNKNOWN,
     ) {
         val camera = ShadowCameraCharacteristics.newCameraCharacteristics()
-        // Which every camera has
+        // Every camera has this mode
         val opaque = Mode(ImageFormat.PRIVATE, modes.first().size, minNanos = 0)
         shadowOf(camera).apply {
             set(CameraCharacteristics.SCALER_STREAM_CONFIGURATION_MAP, mapOf(modes + opaque))
@@ -358,7 +358,7 @@ internal class CameraRig(private val manager: CameraManager) {
         private const val HAL_PIXEL_FORMAT_BLOB = 0x21
         private val running = Channel<Running>(Channel.UNLIMITED)
 
-        /** Why no camera can be opened. */
+        /** The failure of opening any camera. */
         @Volatile
         var failure: Exception? = null
 
@@ -397,7 +397,7 @@ internal class CameraRig(private val manager: CameraManager) {
         var holdsSessions = false
         private val heldSessions = ConcurrentLinkedQueue<() -> Unit>()
 
-        /** Why no session can be asked to deliver. */
+        /** The failure of asking any session to deliver. */
         @Volatile
         var requestFailure: Exception? = null
 
@@ -411,7 +411,7 @@ internal class CameraRig(private val manager: CameraManager) {
         @Volatile
         lateinit var opened: Opened
 
-        /** Those that are open. */
+        /** The readers that are open. */
         val readers = CopyOnWriteArrayList<Reader>()
 
         /** Does [action] when [isHeld] returns false, which may be while this puts it. */

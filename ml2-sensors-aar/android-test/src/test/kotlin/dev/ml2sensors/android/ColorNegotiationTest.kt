@@ -20,7 +20,7 @@ import org.robolectric.annotation.Config
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
 
-/** What the colour camera answers, by the tables of Android's own StreamConfigurationMap. */
+/** Tests the answers of the colour camera, by the tables of Android's own StreamConfigurationMap. */
 @RunWith(RobolectricTestRunner::class)
 @Config(
     sdk = [29],

@@ -57,7 +57,7 @@ internal class FakePlane(private val bytes: ByteBuffer, private val rowStride: I
     override fun getBuffer() = bytes
 }
 
-/** What a picture shows, however it lies in memory: one array per channel, without strides. */
+/** The content of a picture, independent of its layout in memory: one array per channel, without strides. */
 internal class Picture(val width: Int, val height: Int, random: Random) {
     val chromaWidth = (width + 1) / 2
     val chromaHeight = (height + 1) / 2

@@ -102,7 +102,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         val counts: List<Status.ChannelCounts> get() = channels.map { it.counters.snapshot() }
         val produced: Long get() = counts.first().produced
 
-        /** How many were not dropped. */
+        /** The number of samples that were not dropped. */
         val sent: Long get() = counts.first().run { produced - dropped.values.sum() }
 
         fun start() {
@@ -219,7 +219,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         hasRunEnded = true
         // A session that answers after a pause is of a camera that was closed; the run goes on with the next one
         await("the run is over, or has another camera") {
-            // What comes after it is over is of the run after it
+            // An event after the end of a run belongs to the next run
             if (!current.isOver) current.camera = platform.rig.nextRunning() ?: camera
             current.isOver || current.camera != camera
         }
@@ -426,7 +426,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     private companion object {
         val TICK = 250.milliseconds
 
-        /** How long a source may take to open before its stream says why it is silent. */
+        /** The longest time that a source may take to open before its stream says why it is silent. */
         val OPENING = 6.seconds
 
         /** Three seconds, within which a stream stops though its camera does not answer. */

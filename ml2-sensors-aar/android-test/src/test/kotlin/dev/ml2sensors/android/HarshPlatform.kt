@@ -264,7 +264,7 @@ internal class HarshPlatform(private val app: Application) {
         }
     }
 
-    /** How many states of the battery were delivered with a registration. */
+    /** The number of battery states that were delivered with a registration. */
     val deliveredAtOnce: Long get() = context.deliveredAtOnce.getAndSet(0)
 
     /** Broadcasts the state of the battery; returns the number of receivers that are read. */

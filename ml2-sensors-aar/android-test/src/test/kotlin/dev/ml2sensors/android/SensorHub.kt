@@ -68,7 +68,7 @@ internal class SensorHub(private val sensorManager: SensorManager) {
     /** The number of queues that listeners have, registered or not. */
     val queueCount: Int get() = queues.size
 
-    /** Those that are registered, with period and longest latency in microseconds. */
+    /** The registered sensors, with period and longest latency in microseconds. */
     val enabled: Map<Sensor, Pair<Int, Int>> get() = queues.values.flatMap {
         it.enabled.entries
     }.associate { it.toPair() }

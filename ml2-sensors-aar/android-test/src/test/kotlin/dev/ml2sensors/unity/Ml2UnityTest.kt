@@ -4,7 +4,6 @@ import android.Manifest
 import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ScriptedHost
-import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.unity.UnityProbe.Companion.state
 import dev.ml2sensors.unity.UnityProbe.Companion.streams
 import dev.ml2sensors.unity.UnityProbe.Companion.text
@@ -19,14 +18,12 @@ import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
-import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
-import kotlin.test.assertFalse
 import kotlin.test.assertTrue
 import kotlin.time.TimeSource
 
-/** What C# sees of a headset that has a battery and nothing else, and of a scripted receiver. */
+/** Tests the calls of C# with a headset that has a battery and nothing else, and a scripted receiver. */
 @RunWith(RobolectricTestRunner::class)
 @Config(sdk = [29], manifest = Config.NONE)
 class Ml2UnityTest {
@@ -108,53 +105,12 @@ class Ml2UnityTest {
     }
 
     @Test
-    fun anAppsOwnMessagesArriveWhetherItsTopicIsOpenedBeforeOrAfterTheStart() {
-        val before = unity.openPublisher("before", FLOAT)
-        assertFalse(unity.publish(before, MESSAGE, 1))
-        start("{}")
-        val session = session("""{"custom": {}}""")
-        val after = unity.openPublisher("custom/after", FLOAT)
-        assertEquals(after, unity.openPublisher("after", FLOAT))
-        session.await(HostFrame.CHANNEL, 1)
-        session.start(1)
-        for ((publisher, topic) in mapOf(before to "custom/before", after to "custom/after")) {
-            eventually { unity.publish(publisher, MESSAGE, 1_000) }
-            val frame = session.awaitData(topic).first()
-            assertContentEquals(MESSAGE, frame.body)
-            assertEquals(unity.stampNanos(1_000), frame.captureNanos)
-        }
-        assertFailsWith<IllegalArgumentException> { unity.openPublisher("after", "std_msgs/msg/Float64") }
-    }
-
-    @Test
-    fun aTopicThatCannotBeIsRefusedAtOnceAndHindersNoStart() {
-        assertFailsWith<IllegalArgumentException> { unity.openPublisher("not/one", FLOAT) }
-        assertFailsWith<IllegalArgumentException> { unity.openPublisher("one", "Float32") }
-        repeat(StreamTable.customTopics.maxTopics) { unity.openPublisher("topic$it", FLOAT) }
-        assertFailsWith<IllegalStateException> { unity.openPublisher("one", FLOAT) }
-        start("{}")
-        session("{}")
-    }
-
-    @Test
-    fun aTopicThatTheReceiverDoesNotPublishSaysWhy() {
-        val thing = unity.openPublisher("thing", "my_msgs/msg/Thing")
-        assertEquals("", unity.refusal(thing))
-        start("{}")
-        val session = session("""{"custom": {}}""")
-        val id = session.channels().getValue("custom/thing").getValue("id")
-        session.write(
-            HostFrame.ERROR,
-            """{"code": "channel", "message": "no such type", "fatal": false, "channel": $id}""",
-        )
-        eventually { unity.refusal(thing) == "no such type" }
-        assertFalse(unity.publish(thing, MESSAGE, 1))
-    }
-
-    @Test
-    fun viewsNeedTheNativeLibraryAndAStreamOfTheTable() {
+    fun viewsAndTopicsNeedTheNativeLibrary() {
         assertFailsWith<IllegalStateException> { unity.view("world_left", true) }
         assertFailsWith<IllegalArgumentException> { unity.view("no_stream", true) }
+        assertFailsWith<IllegalStateException> { unity.inboxes().subscribe("/joints", JOINTS, "", 1, 0.0) }
+        val publishers = unity.publishers()
+        assertFailsWith<IllegalStateException> { publishers.open("note", JOINTS, false, false, false, 1) }
     }
 
     @Test
@@ -168,17 +124,7 @@ class Ml2UnityTest {
 
     private fun start(defaults: String) = unity.start(host.address.toString(), defaults, insecure = true)
 
-    /** START and ERROR reach the headset on another connection than what tells the test of them. */
-    private fun eventually(isSo: () -> Boolean) {
-        val end = System.nanoTime() + TEST_LIMIT.inWholeNanoseconds
-        while (!isSo()) {
-            assertTrue(System.nanoTime() < end, "not within $TEST_LIMIT")
-            Thread.sleep(1)
-        }
-    }
-
     private companion object {
-        const val FLOAT = "std_msgs/msg/Float32"
-        val MESSAGE = byteArrayOf(0, 1, 0, 0, 0, 0, 128.toByte(), 63)
+        const val JOINTS = "sensor_msgs/msg/JointState"
     }
 }

@@ -18,6 +18,9 @@ internal class AppSettings(context: Context) {
     /** True to pause cameras while the headset is hot. */
     var pauseWhenHot: Boolean by Flag(preferences)
 
+    /** True to show the sample of a robot's arm. */
+    var showRobot: Boolean by Flag(preferences)
+
     /** The receiver's name or `HOST:PORT`; empty for the paired receiver, found on the network. */
     var receiver: String
         get() = preferences.getString(RECEIVER, "").orEmpty()

@@ -44,14 +44,20 @@ internal class MainActivity : Activity() {
         findViewById<Button>(R.id.pair).setOnClickListener {
             pairingDialog.show(findViewById<EditText>(R.id.uri).text.toString())
         }
+        findViewById<Button>(R.id.reach).setOnClickListener { app.streaming.robot?.reach() }
         bind(R.id.at_boot, app.settings::startAtBoot)
         bind(R.id.pause_when_hot, app.settings::pauseWhenHot)
+        bind(R.id.robot, app.settings::showRobot) { app.streaming.showRobot() }
     }
 
-    private fun bind(id: Int, setting: KMutableProperty0<Boolean>): Unit = findViewById<CheckBox>(id).run {
-        isChecked = setting.get()
-        setOnCheckedChangeListener { _, isChecked -> setting.set(isChecked) }
-    }
+    private fun bind(id: Int, setting: KMutableProperty0<Boolean>, changed: () -> Unit = {}): Unit =
+        findViewById<CheckBox>(id).run {
+            isChecked = setting.get()
+            setOnCheckedChangeListener { _, isChecked ->
+                setting.set(isChecked)
+                changed()
+            }
+        }
 
     override fun onNewIntent(intent: Intent): Unit = pairingDialog.show(intent.dataString)
 
@@ -85,7 +91,7 @@ internal class MainActivity : Activity() {
     }
 
     private fun refresh() {
-        ratesHz = rateMeter.update(app.streaming.status().streams, SystemClock.elapsedRealtime())
+        ratesHz = rateMeter.update(app.streaming.status().counts, SystemClock.elapsedRealtime())
         view.show(screen())
         handler.postDelayed(::refresh, SECOND_MILLIS)
     }

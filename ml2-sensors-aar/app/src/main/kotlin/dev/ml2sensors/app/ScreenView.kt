@@ -21,6 +21,7 @@ internal class ScreenView(private val root: View) {
         root.findViewById<Button>(R.id.toggle).setText(if (screen.isOn) R.string.stop else R.string.start)
         root.findViewById<View>(R.id.permission_request).visibility = visibility(screen.permissionRequest != null)
         screen.permissionRequest?.let { setText(R.id.reason, context.getString(it.reason, it.streams.joinToString())) }
+        root.findViewById<View>(R.id.reach).visibility = visibility(screen.hasRobot)
         show(screen.rows)
     }
 

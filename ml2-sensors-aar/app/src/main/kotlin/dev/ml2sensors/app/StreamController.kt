@@ -3,6 +3,7 @@ package dev.ml2sensors.app
 import android.content.Context
 import dev.ml2sensors.Version
 import dev.ml2sensors.android.Ml2Sensors
+import dev.ml2sensors.app.robot.RobotArm
 import dev.ml2sensors.app.status.AppStatus
 import dev.ml2sensors.app.status.TEXT_LIMIT
 import dev.ml2sensors.app.status.byStream
@@ -45,6 +46,11 @@ internal class StreamController(
     private var run: Run? = null
 
     val isOn: Boolean get() = run != null
+
+    /** The sample of a robot's arm; null while it is not shown, or nothing is streamed. */
+    @Volatile
+    var robot: RobotArm? = null
+        private set
 
     /** The result of the last call, for the user: an error or a success; empty if there is nothing to report. */
     @Volatile
@@ -92,6 +98,18 @@ internal class StreamController(
         reconnect()
     }
 
+    /** Shows the sample of a robot's arm or not, as [AppSettings.showRobot] says. Returns at once. */
+    fun showRobot() {
+        scope.launch { mutex.withLock { updateRobot() } }
+    }
+
+    private fun updateRobot() {
+        val streamer = run?.streamer?.takeIf { settings.showRobot }
+        if ((streamer == null) == (robot == null)) return
+        robot?.close()
+        robot = streamer?.let { RobotArm(it, scope) }
+    }
+
     fun status(): AppStatus {
         val streamer = run?.streamer?.status(settings.receiver)
         return AppStatus(
@@ -108,6 +126,7 @@ internal class StreamController(
             startAtBoot = settings.startAtBoot,
             pauseWhenHot = settings.pauseWhenHot,
             streams = streamer?.byStream(headset.paused).orEmpty(),
+            robot = robot?.status,
         )
     }
 
@@ -126,12 +145,14 @@ internal class StreamController(
         check(paired.isNotEmpty()) { "this headset is paired with no receiver; run ml2-receiver pair" }
         val streamer = Ml2Sensors.connect(context, headset, settings.receiver)
         run = Run(streamer, headset.permissions, scope.launch { streamer.state.collect { mutableState.value = it } })
+        updateRobot()
         streamer.start()
     }
 
     private suspend fun disconnect() {
         val ended = run ?: return
         run = null
+        updateRobot()
         ended.streamer.stop()
         ended.watching.cancelAndJoin()
         mutableState.value = null

@@ -11,7 +11,18 @@ import android.widget.CheckBox
 import android.widget.EditText
 import android.widget.TextView
 import dev.ml2sensors.app.control.Command
+import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.message.Header
+import dev.ml2sensors.message.Point
+import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.PoseStamped
+import dev.ml2sensors.message.Quaternion
+import dev.ml2sensors.message.Time
+import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.HostSession
 import kotlinx.coroutines.runBlocking
+import kotlinx.serialization.json.JsonObject
+import kotlinx.serialization.json.jsonPrimitive
 import org.junit.After
 import org.junit.Test
 import org.junit.runner.RunWith
@@ -33,6 +44,7 @@ class MainActivityTest {
     private val paired = PairedApp()
     private val app = paired.app
     private lateinit var controller: ActivityController<MainActivity>
+    private lateinit var session: HostSession
 
     @After
     fun close() {
@@ -68,6 +80,45 @@ class MainActivityTest {
         assertEquals("depth", rows()[0].first)
         assertTrue("is not granted" in rows()[0].second, rows()[0].second)
         eventually("a rate") { rows()[1].second.endsWith(" Hz") }
+    }
+
+    @Test
+    fun theTagOfARobotIsShownAndItsArmIsSentThere() {
+        open()
+        stream("""{"custom": {}}""", ros = true)
+        assertEquals(View.GONE, button(R.id.reach).visibility)
+        view<CheckBox>(R.id.robot).performClick()
+        session.await(HostFrame.CHANNEL)
+        session.start(1)
+        val open = session.await(HostFrame.OPEN).json
+        assertEquals(listOf("/tag_pose", "geometry_msgs/msg/PoseStamped"), listOf("name", "type").map { open.text(it) })
+        session.write(HostFrame.OPENED, """{"id": 1, "result": "opened", "lane": "ros", "latched": false}""")
+        for (number in 0..9) session.message(1, number, Cdr.encodeToByteArray(PoseStamped.serializer(), tag(number)))
+        eventually("the newest pose") {
+            rows().any { (topic, it) -> topic == TAG && it.startsWith("0.50 -0.25 9.00 m") }
+        }
+        eventually("a target") {
+            button(R.id.reach).performClick() // Nothing is sent while ROS time is not known
+            session.data(TARGET).isNotEmpty()
+        }
+        val target = Cdr.decodeFromByteArray(PoseStamped.serializer(), session.data(TARGET).first().body)
+        assertEquals("base_link" to tag(9).pose, target.header.frameId to target.pose)
+        eventually("the count") {
+            rows().any { (topic, it) -> topic == TARGET && it.endsWith(" sent") && it != "0 sent" }
+        }
+        view<CheckBox>(R.id.robot).performClick()
+        session.await(HostFrame.CLOSE)
+        eventually("no robot") { button(R.id.reach).visibility == View.GONE && rows().none { it.first == TAG } }
+    }
+
+    @Test
+    fun aRobotThatTheReceiverDoesNotAllowSaysWhy() {
+        app.settings.showRobot = true
+        open()
+        stream("{}", ros = true)
+        session.await(HostFrame.OPEN)
+        session.write(HostFrame.OPENED, """{"id": 1, "result": "refused", "reason": "no rule", "code": "rules"}""")
+        eventually("the reason") { TAG to "/tag_pose: no rule" in rows() }
     }
 
     @Test
@@ -164,6 +215,13 @@ class MainActivityTest {
         assertEquals(Command.START, started()?.action)
     }
 
+    private fun tag(number: Int) = PoseStamped(
+        Header(Time(1, 2u), "base_link"),
+        Pose(Point(0.5, -0.25, number.toDouble()), Quaternion(0.0, 0.0, 0.0, 1.0)),
+    )
+
+    private fun JsonObject.text(key: String) = getValue(key).jsonPrimitive.content
+
     private fun open(intent: Intent? = null) {
         controller = Robolectric.buildActivity(MainActivity::class.java, intent).setup()
     }
@@ -171,9 +229,9 @@ class MainActivityTest {
     private fun view(uri: String) = Intent(Intent.ACTION_VIEW, Uri.parse(uri))
 
     /** Starts streaming, as the service does. */
-    private fun stream(streams: String) {
+    private fun stream(streams: String, ros: Boolean = false) {
         runBlocking { app.streaming.start() }
-        paired.session(streams)
+        session = paired.session(streams, ros)
         eventually("the connection") { text(R.id.title).startsWith("Connected") }
     }
 
@@ -204,6 +262,8 @@ class MainActivityTest {
     private fun button(id: Int): Button = view(id)
 
     private companion object {
+        const val TAG = "/tag_pose"
+        const val TARGET = "/target_pose"
         const val CAMERA = "android.permission.CAMERA"
         const val DEPTH = "com.magicleap.permission.DEPTH_CAMERA"
         val FINGERPRINT = "a".repeat(64)

@@ -28,9 +28,9 @@ internal class PairedApp : AutoCloseable {
     }
 
     /** Waits for the app to connect, and starts a session in which the receiver requests [streams]. */
-    fun session(streams: String): HostSession {
+    fun session(streams: String, ros: Boolean = false): HostSession {
         val session = host.awaitHello()
-        session.welcome(host.received())
+        session.welcome(host.received(), ros = ros)
         session.configure(1, streams)
         session.start(1)
         return session

@@ -60,7 +60,7 @@ private const val FILM_FRAMES = 180
 private val CAMERAS = listOf(StreamTable.worldLeft, StreamTable.worldCenter, StreamTable.worldRight)
 private val threads = ManagementFactory.getThreadMXBean() as ThreadMXBean
 
-/** Of one frame. */
+/** The cost of one frame. */
 private class Cost(val cpuMicros: Double, val allocatedBytes: Double)
 
 /** The source's own thread works, and this one. The simulated device's copy into the frame it lends is part of it. */
@@ -104,7 +104,7 @@ private fun bare(framesPerCamera: Int): Cost = LoopbackSink().use { sink ->
     }
 }
 
-/** What [block] costs per frame, in this thread and those of sensors, which must outlive it. */
+/** Returns the cost of [block] per frame, in this thread and those of sensors, which must outlive it. */
 private fun cost(frames: Int, block: () -> Unit): Cost {
     val before = Spent.now()
     block()

@@ -3,6 +3,7 @@
 package dev.ml2sensors.sample
 
 import android.content.Context
+import android.os.SystemClock
 import dev.ml2sensors.android.Ml2Sensors
 import dev.ml2sensors.cdr.Cdr
 import dev.ml2sensors.message.Header
@@ -17,6 +18,8 @@ import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.coroutineScope
+import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.launch
 import java.nio.ByteBuffer
 
@@ -43,6 +46,19 @@ fun publish(streamer: Ml2Streamer, pose: Pose, captureNanos: Long) {
 suspend fun subscribe(streamer: Ml2Streamer, show: (Pose, Long?) -> Unit) {
     streamer.subscribe("/goal_pose", PoseStamped.serializer(), Keep.Latest).collect { received ->
         show(received.message.pose, received.publishedNanos)
+    }
+}
+
+suspend fun steerArm(streamer: Ml2Streamer, targets: Flow<Pose>, show: (Pose) -> Unit) = coroutineScope {
+    launch {
+        streamer.subscribe("/tag_pose", PoseStamped.serializer(), Keep.Latest).collect { show(it.message.pose) }
+    }
+    val publisher = streamer.publisher("/target_pose", "geometry_msgs/msg/PoseStamped")
+    targets.collect { target ->
+        val nowNanos = SystemClock.elapsedRealtimeNanos()
+        val stampNanos = streamer.stampNanos(nowNanos) ?: return@collect // ROS time is not known
+        val message = PoseStamped(Header(Time.ofNanos(stampNanos), "magicleap_world"), target)
+        publisher.publish(ByteBuffer.wrap(Cdr.encodeToByteArray(PoseStamped.serializer(), message)), nowNanos)
     }
 }
 

@@ -54,6 +54,43 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     )
         .transformValues(2) { (topic, type) -> PrintedTopic(topic, type) }
         .multiple()
+    private val called by option(
+        "--call",
+        metavar = "SERVICE TYPE",
+        help = "Call a ROS service, as far as the receiver's app.call allows it, by lines SERVICE SECONDS JSON of " +
+            "standard input; repeatable.",
+    )
+        .transformValues(2) { (service, type) -> CalledService(service, type) }
+        .multiple()
+    private val published by option(
+        "--publish",
+        metavar = "TOPIC BYTES HZ WILL_MS",
+        help =
+        "Publish std_msgs/msg/UInt8MultiArray, as far as the receiver allows it, at 0 Hz once and latched, with an " +
+            "empty will after so many ms unless that is 0; repeatable.",
+    )
+        .transformValues(4) { (topic, bytes, rate, will) ->
+            val rateHz = rate.toDoubleOrNull()?.takeIf { it >= 0 && it.isFinite() }
+            val count = bytes.toIntOrNull()?.takeIf { it >= 0 }
+            val silent = will.toLongOrNull()?.takeIf { it >= 0 }
+            if (rateHz == null || count == null || silent == null) fail("expected numbers, found '$bytes $rate $will'")
+            PublishedTopic(topic, count, rateHz, silent)
+        }
+        .multiple()
+    private val transforms by option(
+        "--transform",
+        metavar = "FRAME REFERENCE",
+        help = "Print the pose of a frame in another, as far as the receiver's app.subscribe has /tf; repeatable.",
+    )
+        .transformValues(2) { (frame, reference) -> PrintedTransform(frame, reference) }
+        .multiple()
+    private val offered by option(
+        "--offer",
+        metavar = "SERVICE TYPE",
+        help = "Offer a service to ROS, as far as the receiver's app.offer allows it, and print requests; repeatable.",
+    )
+        .transformValues(2) { (service, type) -> OfferedService(service, type) }
+        .multiple()
 
     init {
         versionOption(Version.NAME)
@@ -77,7 +114,8 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     private fun stream(headset: Headset): Boolean {
         val connection = connection.open { echo(it, err = true) }
         return runBlocking {
-            stream(headset, connection, duration, stopSignal(), subscribed, ::echo) {
+            val parts = AppParts(subscribed + transforms, called, offered, published)
+            stream(headset, connection, duration, stopSignal(), parts, ::echo) {
                 if (headset is SimulatedHeadset) simulation.setLater(headset, ::echo)
             }
         }
@@ -92,6 +130,9 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         val folder = replay
         if (rateFactor != null && folder == null) throw UsageError("--rate-factor needs --replay")
         if (simulation.isGiven && folder != null) throw UsageError("--simulate and --replay exclude each other")
+        if (called.isNotEmpty() && simulation.isReading) {
+            throw UsageError("--call and --simulate - exclude each other: both read standard input")
+        }
         if (folder == null) return simulation.open(seed, System.getProperty("ml2s.frame_cache", ""))
         NativeBundle.load() // Images of a replay may be compressed
         return ReplayHeadset(recording(folder), shiftedClock(), rateFactor ?: 1.0)

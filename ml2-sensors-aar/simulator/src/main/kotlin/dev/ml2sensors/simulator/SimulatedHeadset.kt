@@ -5,8 +5,8 @@ import dev.ml2sensors.capture.NativeHeadsetClock
 import dev.ml2sensors.capture.NativePixelSource
 import dev.ml2sensors.capture.NativeReadingSource
 import dev.ml2sensors.capture.PixelSensor
-import dev.ml2sensors.capture.ReadingSensor
 import dev.ml2sensors.simulator.signal.SignalSource
+import dev.ml2sensors.simulator.simulated.AndroidOtherwise
 import dev.ml2sensors.simulator.simulated.NativeBundle
 import dev.ml2sensors.simulator.simulated.SimulatedCamera2
 import dev.ml2sensors.simulator.simulated.SimulatedSdk
@@ -14,6 +14,7 @@ import dev.ml2sensors.simulator.simulated.SimulatedVideoEncoders
 import dev.ml2sensors.simulator.simulated.SimulationKey
 import dev.ml2sensors.simulator.simulated.batteryManagerSignals
 import dev.ml2sensors.simulator.simulated.sensorManagerSignals
+import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorHeadset
@@ -23,6 +24,7 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.filter
+import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.atomic.AtomicBoolean
 
 /**
@@ -39,6 +41,12 @@ import java.util.concurrent.atomic.AtomicBoolean
 public class SimulatedHeadset private constructor(private val headset: Headset) : Headset by headset {
     @Volatile
     private var silent = emptySet<StreamSpec>()
+    private val otherwise = ConcurrentHashMap<AndroidOtherwise, String>()
+
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer =
+        otherwise.entries.firstOrNull { (fact, value) -> value.isNotEmpty() && fact.concerns(stream, requested) }
+            ?.let { (fact, value) -> Answer.Refused(fact.reason(value)) }
+            ?: headset.negotiate(stream, requested)
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
         headset.samples(stream, values).filter { stream !in silent }
@@ -50,8 +58,11 @@ public class SimulatedHeadset private constructor(private val headset: Headset) 
      * @throws IllegalArgumentException for an unknown key or a wrong value; the message says what was expected.
      */
     public fun set(key: String, value: String) {
+        val fact = AndroidOtherwise.entries.find { it.key.name == key }
         if (key == SimulationKey.silent.name) {
             silent = streams(value)
+        } else if (fact != null) {
+            otherwise[fact] = value
         } else {
             SimulatedSdk.set(key, value)?.let { throw IllegalArgumentException(it) }
         }
@@ -106,9 +117,9 @@ public class SimulatedHeadset private constructor(private val headset: Headset) 
 /** Returns the sources of a headset, with simulations in place of Android's. */
 private fun sources(): List<SensorSource> =
     listOf(PixelSensor.WORLD, PixelSensor.DEPTH, PixelSensor.EYE).map { NativePixelSource(it, NativeBackend.SDK) } +
-        ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.SDK) } +
+        NativeReadingSource.all(NativeBackend.SDK) +
         PixelSensor.entries.map { NativePixelSource(it, NativeBackend.OPENXR) } +
-        ReadingSensor.entries.map { NativeReadingSource(it, NativeBackend.OPENXR) } +
+        NativeReadingSource.all(NativeBackend.OPENXR) +
         SimulatedCamera2() +
         SignalSource("sensor_manager", NativeHeadsetClock, sensorManagerSignals()) +
         SignalSource("battery_manager", NativeHeadsetClock, batteryManagerSignals())

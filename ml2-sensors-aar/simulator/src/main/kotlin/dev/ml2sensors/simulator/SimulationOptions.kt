@@ -6,6 +6,7 @@ import com.github.ajalt.clikt.parameters.groups.OptionGroup
 import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.multiple
 import com.github.ajalt.clikt.parameters.options.option
+import dev.ml2sensors.simulator.simulated.AndroidOtherwise
 import dev.ml2sensors.simulator.simulated.NativeBundle
 import dev.ml2sensors.simulator.simulated.SimulationKey
 import dev.ml2sensors.simulator.simulated.SimulationSetting
@@ -32,6 +33,7 @@ internal class SimulationOptions : OptionGroup() {
         .multiple()
 
     val isGiven: Boolean get() = simulate.isNotEmpty()
+    val isReading: Boolean get() = INPUT in simulate
 
     private val settings get() = simulate.filter { it != INPUT && it.key != HARSH }
     private val harsh get() = simulate.lastOrNull { it.key == HARSH }
@@ -49,7 +51,7 @@ internal class SimulationOptions : OptionGroup() {
 
     /** Sets all later settings, timed from this call. */
     suspend fun setLater(headset: SimulatedHeadset, log: (String) -> Unit): Unit = coroutineScope {
-        if (INPUT in simulate) thread(isDaemon = true) { headset.setAsRead(log) }
+        if (isReading) thread(isDaemon = true) { headset.setAsRead(log) }
         val randomFaults = harsh?.run { randomFaults(seed(), SimulationKey.all(), after ?: Duration.INFINITE) }
         for (timeline in settings.filter { it.after != null }.map { sequenceOf(it) } + randomFaults.orEmpty()) {
             launch { headset.setOnSchedule(timeline, log) }
@@ -89,7 +91,7 @@ private fun SimulatedHeadset.setAsRead(log: (String) -> Unit) {
 
 private fun describeKeys(): String {
     NativeBundle.load()
-    val keys = SimulationKey.all() + SimulationKey.silent
+    val keys = SimulationKey.all() + SimulationKey.silent + AndroidOtherwise.entries.map { it.key }
     return keys.joinToString("\n") { "${it.name}=${it.default}  ${it.meaning}${it.describeRange()}" }
 }
 

@@ -10,6 +10,7 @@ import dev.ml2sensors.stream.StreamState
 import dev.ml2sensors.stream.StreamerState
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.cancelChildren
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.delay
@@ -25,7 +26,7 @@ import kotlin.time.Duration
 /**
  * Streams [headset] over [link] and logs what happens, until a recording ends, [duration] has passed since the first
  * sample, or [stop] is completed. Calls [onFirstSample] at the first sample. Publishes [AppUptime] if the receiver
- * takes custom topics, and prints the topics [printed].
+ * takes custom topics, and what [app] says.
  *
  * @return false if a stream is waiting or has failed at the end.
  */
@@ -34,14 +35,16 @@ internal suspend fun stream(
     link: ConnectionSettings,
     duration: Duration?,
     stop: CompletableDeferred<String>,
-    printed: List<PrintedTopic>,
+    app: AppParts,
     log: (String) -> Unit,
     onFirstSample: suspend () -> Unit,
 ): Boolean = coroutineScope {
     val firstSample = CompletableDeferred<Unit>()
     val streamer = Ml2Streamer(ObservedHeadset(headset, firstSample), link.receiver, link.security)
     val uptime = AppUptime(streamer, headset.clock)
-    val printing = printed.map { it.printer(streamer, log) }.map { launch { it() } }
+    val printing = app.printed.map { it.printer(streamer, log) }.map { launch { it() } }
+    val lasting = app.offered.map { it.logger(streamer, log) } + callsAsRead(app.called, streamer, log)
+    val publishing = app.published.map { it.publishing(streamer, headset.clock, log) }
     val logging = launch { streamer.logChanges(link.receiver, log) }
     launch { stop.complete(streamer.state.filterIsInstance<StreamerState.Ended>().first().reason) }
     launch {
@@ -57,6 +60,8 @@ internal suspend fun stream(
     }
     streamer.start()
     launch { uptime.run() }
+    lasting.forEach { launch { it() } }
+    publishing.forEach { launch(Dispatchers.Default) { it() } }
     val reason = stop.await()
     streamer.stop(reason)
     (printing + logging).joinAll()
@@ -64,6 +69,14 @@ internal suspend fun stream(
     coroutineContext.cancelChildren()
     streamer.streams.value.values.none { it is StreamState.Waiting || it is StreamState.Failed }
 }
+
+/** The parts of the app that use ROS, by the options of the command. */
+internal class AppParts(
+    val printed: List<Printed>,
+    val called: List<CalledService>,
+    val offered: List<OfferedService>,
+    val published: List<PublishedTopic>,
+)
 
 /** Passes on the samples of [headset], and completes [firstSample] with the first one of any stream. */
 private class ObservedHeadset(private val headset: Headset, private val firstSample: CompletableDeferred<Unit>) :

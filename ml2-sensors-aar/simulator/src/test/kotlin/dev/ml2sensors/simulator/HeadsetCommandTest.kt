@@ -40,6 +40,10 @@ class HeadsetCommandTest {
             "--receiver h:1 --subscribe /a" to "option --subscribe requires 2 values",
             "--insecure --receiver h:1 --replay $recording --subscribe /a std_msgs/String" to
                 "--subscribe: expected a ROS type such as std_msgs/msg/String, of a class by its @SerialName, found",
+            "--receiver h:1 --call /a std_srvs/srv/Empty" to
+                "--call: expected one of std_srvs/srv/SetBool, std_srvs/srv/Trigger, found 'std_srvs/srv/Empty'",
+            "--receiver h:1 --offer /a Trigger" to "--offer: expected one of std_srvs/srv/SetBool",
+            "--insecure --receiver h:1 --call /a std_srvs/srv/Trigger --simulate -" to "both read standard input",
             "--receiver h:1 --unknown" to "no such option --unknown",
             "--pair http://h:1" to "expected ml2s://HOST:PORT?fp=64_HEX_DIGITS&token=32_HEX_DIGITS",
             "--insecure-eye-images --replay $recording" to "--insecure-eye-images needs --insecure",

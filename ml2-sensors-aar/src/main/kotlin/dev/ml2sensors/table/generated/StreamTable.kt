@@ -1191,7 +1191,7 @@ public object StreamTable {
             longestPauseSeconds = 2,
         )
 
-    /** Messages that the app on the headset publishes by itself. */
+    /** Topics and services of the app on the headset, below the names of its own. */
     public val custom: StreamSpec =
         StreamSpec(id = "custom", section = "custom", frameId = "", backends = listOf("app"))
 
@@ -1235,6 +1235,48 @@ public object StreamTable {
             longestPauseSeconds = 2,
         )
 
+    /** vision_msgs/msg/Detection3DArray on markers. */
+    public val markers: StreamSpec =
+        StreamSpec(
+            id = "markers",
+            section = "markers",
+            topics = listOf(
+                TopicSpec(
+                    role = "detections",
+                    name = "markers",
+                    type = "vision_msgs/msg/Detection3DArray",
+                    lane = "sensors",
+                    laneClass = sensorsLane,
+                    qos = "sensor",
+                ),
+            ),
+            frameId = "magicleap_world",
+            permissions = listOf("com.magicleap.permission.MARKER_TRACKING"),
+            backends = listOf("openxr"),
+            longestPauseSeconds = 2,
+        )
+
+    /** diagnostic_msgs/msg/DiagnosticArray on map/state. */
+    public val map: StreamSpec =
+        StreamSpec(
+            id = "map",
+            section = "map",
+            topics = listOf(
+                TopicSpec(
+                    role = "map_state",
+                    name = "map/state",
+                    type = "diagnostic_msgs/msg/DiagnosticArray",
+                    lane = "sensors",
+                    laneClass = sensorsLane,
+                    qos = "sensor",
+                ),
+            ),
+            frameId = "magicleap_map",
+            permissions = listOf("com.magicleap.permission.SPACE_MANAGER"),
+            backends = listOf("openxr"),
+            longestPauseSeconds = 4,
+        )
+
     /** The order in which images give way to the link. */
     internal val adaptation: AdaptationSpec =
         AdaptationSpec(
@@ -1256,7 +1298,14 @@ public object StreamTable {
 
     /** The rules for topics of [custom]. */
     internal val customTopics: CustomTopicsSpec =
-        CustomTopicsSpec(role = "custom", lane = "sensors", laneClass = sensorsLane, qos = "sensor", maxTopics = 32)
+        CustomTopicsSpec(
+            role = "custom",
+            small = sensorsLane,
+            large = bulkLane,
+            qos = "sensor",
+            latchedQos = "latched",
+            maxTopics = 32,
+        )
 
     /** All streams, in the order of the file. */
     public val all: List<StreamSpec> =
@@ -1295,6 +1344,8 @@ public object StreamTable {
             custom,
             controller,
             controllerJoy,
+            markers,
+            map,
         )
 
     /** Returns the stream with this [id], or null if there is none. */

@@ -1,5 +1,7 @@
 package dev.ml2sensors.app.status
 
+import dev.ml2sensors.app.robot.RobotArm
+import dev.ml2sensors.app.robot.RobotStatus
 import dev.ml2sensors.wire.Status
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
@@ -18,6 +20,7 @@ internal const val TEXT_LIMIT = 200
  * @property paired the names of the receivers that the headset is paired with.
  * @property permissions the Android permissions that streams need, and whether each is granted.
  * @property thermal the thermal status of the headset, as in PROTOCOL.md.
+ * @property robot the status of the sample; null while it is not shown, or the app does not stream.
  */
 @Serializable
 internal class AppStatus(
@@ -34,4 +37,9 @@ internal class AppStatus(
     @SerialName("at_boot") val startAtBoot: Boolean,
     @SerialName("cools_down") val pauseWhenHot: Boolean,
     @Transient val streams: List<StreamStatus> = emptyList(),
-)
+    @Transient val robot: RobotStatus? = null,
+) {
+    /** The messages of each stream, and of the robot's tag, by what the screen calls them. */
+    val counts: Map<String, Long>
+        get() = streams.associate { it.id to it.produced } + listOfNotNull(robot?.let { RobotArm.TAG to it.received })
+}

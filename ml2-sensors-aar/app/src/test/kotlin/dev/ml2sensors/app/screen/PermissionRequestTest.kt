@@ -30,8 +30,9 @@ class PermissionRequestTest {
 
     @Test
     fun everyRequestedPermissionHasItsOwnReason() {
-        val normal = "com.magicleap.permission.HAND_TRACKING"
-        val asked = StreamTable.all.flatMap { it.permissions }.toSet() - normal
+        val normal =
+            listOf("HAND_TRACKING", "MARKER_TRACKING", "SPACE_MANAGER").map { "com.magicleap.permission.$it" }
+        val asked = StreamTable.all.flatMap { it.permissions }.toSet() - normal.toSet()
         for (permission in asked) {
             assertNotEquals(R.string.reason_other, PermissionRequest(permission, emptyList()).reason, permission)
         }

@@ -1,9 +1,16 @@
 package dev.ml2sensors.app.screen
 
 import dev.ml2sensors.app.R
+import dev.ml2sensors.app.robot.RobotStatus
 import dev.ml2sensors.app.status.AppStatus
 import dev.ml2sensors.app.status.appStatus
 import dev.ml2sensors.app.status.streamStatus
+import dev.ml2sensors.message.Header
+import dev.ml2sensors.message.Point
+import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.PoseStamped
+import dev.ml2sensors.message.Quaternion
+import dev.ml2sensors.message.Time
 import dev.ml2sensors.wire.Status
 import org.junit.jupiter.api.Test
 import kotlin.test.assertEquals
@@ -53,6 +60,33 @@ class ScreenTest {
             Screen.Row("battery", StringResource(R.string.starting), isWarning = false),
         )
         assertEquals(expected, rows)
+    }
+
+    @Test
+    fun theRobotsTagShowsItsPoseAndRateAndTheTargetTheirNumberOrWhyThereAreNone() {
+        val tag = PoseStamped(
+            Header(Time(1, 2u), "base_link"),
+            Pose(Point(0.5, -0.25, 1.0), Quaternion(0.0, 0.0, 0.0, 1.0)),
+        )
+        val texts = mapOf(
+            RobotStatus(null, 0, "", 0, "") to
+                listOf(StringResource(R.string.starting) to false, StringResource(R.string.sent, 0L) to false),
+            RobotStatus(tag, 40, "", 3, "") to listOf(
+                StringResource(R.string.tag, 0.5, -0.25, 1.0, "base_link", 20.0) to false,
+                StringResource(R.string.sent, 3L) to false,
+            ),
+            RobotStatus(tag, 40, "no rule", 3, "disabled") to listOf(
+                StringResource(R.string.plain, "no rule") to true,
+                StringResource(R.string.plain, "disabled") to true,
+            ),
+        )
+        for ((robot, expected) in texts) {
+            val screen = Screen.of(appStatus(robot = robot), mapOf("/tag_pose" to 20.0), emptySet())
+            assertTrue(screen.hasRobot)
+            assertEquals(listOf("/tag_pose", "/target_pose"), screen.rows.map { it.stream })
+            assertEquals(expected, screen.rows.map { it.text to it.isWarning })
+        }
+        assertFalse(screen(appStatus()).hasRobot)
     }
 
     @Test

@@ -1,5 +1,6 @@
 package dev.ml2sensors.app.status
 
+import dev.ml2sensors.app.robot.RobotStatus
 import dev.ml2sensors.wire.Status
 
 /** Returns a status with the values of a test and neutral defaults. */
@@ -13,6 +14,7 @@ internal fun appStatus(
     clock: Status.Clock? = null,
     thermal: String? = "none",
     batteryCelsius: Double? = null,
+    robot: RobotStatus? = null,
 ): AppStatus = AppStatus(
     version = "0.1.0",
     state,
@@ -27,6 +29,7 @@ internal fun appStatus(
     startAtBoot = false,
     pauseWhenHot = false,
     streams,
+    robot,
 )
 
 internal fun streamStatus(

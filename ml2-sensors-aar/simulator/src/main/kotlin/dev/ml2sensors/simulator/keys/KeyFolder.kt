@@ -84,7 +84,7 @@ internal class KeyFolder(private val folder: Path) {
             load(null, null)
             setKeyEntry(ALIAS, keys.private, PASSWORD, arrayOf(selfSignedCertificate(keys, name)))
         }
-        val written = Files.createTempFile(folder, "device", null) // Of mode 0600
+        val written = Files.createTempFile(folder, "device", null) // The mode is 0600
         written.outputStream().use { store.store(it, PASSWORD) }
         Files.move(written, keyFile, StandardCopyOption.ATOMIC_MOVE)
     }

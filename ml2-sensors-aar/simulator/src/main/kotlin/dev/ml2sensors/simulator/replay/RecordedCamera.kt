@@ -15,7 +15,7 @@ internal class RecordedCamera(val images: List<Image>, val rateHz: Int, private 
     companion object {
         private const val NANOS_PER_SECOND = 1e9
 
-        /** What a period may be of the one by the rate, since images are left out of some data sets. */
+        /** The accepted ratios of the period to that by the rate. Some data sets leave out many images. */
         private val LIKELY = 0.01..100.0
 
         /** @param notes receives sentences on what is left out or converted. */

@@ -1,5 +1,8 @@
 package dev.ml2sensors.simulator.replay
 
+import dev.ml2sensors.source.Sample
+import java.util.concurrent.atomic.AtomicInteger
+
 /**
  * Maps recorded times to capture times and due times, for a replay that started at [startNanos].
  *
@@ -19,5 +22,17 @@ internal class ReplaySchedule(startNanos: Long, private val firstRecordedNanos: 
     companion object {
         /** Leaves time for every stream to be collected before its first sample is due. */
         const val LEAD_NANOS: Long = 200_000_000
+    }
+}
+
+/** The recorded times of one stream, and a function that makes the sample of a row. */
+internal class ReplayTrack(val stamps: LongArray, val sample: suspend (row: Int, captureNanos: Long) -> Sample) {
+    private val resumeRow = AtomicInteger(0)
+
+    /** The row at which a new collection starts: the furthest row at which one has ended. */
+    val nextRow: Int get() = resumeRow.get()
+
+    fun resumeAt(row: Int) {
+        resumeRow.accumulateAndGet(row, ::maxOf)
     }
 }

@@ -10,7 +10,7 @@ import kotlin.math.abs
 /** The largest accepted deviation of an entry from that of a rotation; files are written with few digits. */
 private const val TOLERANCE = 1e-3
 
-/** Of the square of a quaternion's norm; files have three digits or more. */
+/** The largest accepted deviation of the square of a quaternion's norm from 1; files have three digits or more. */
 private const val UNIT_TOLERANCE = 1e-2
 
 private val LAST_ROW = listOf(0.0, 0.0, 0.0, 1.0)

@@ -30,7 +30,7 @@ internal class Capture(val number: Long, val nanos: Long, val seconds: Double)
 /** A sensor that delivers [rateHz] samples per second, each a function of its capture alone. */
 internal class Signal(val rateHz: Int, val read: (Capture) -> Sample)
 
-/** How long a sample waits for a late collector before it is lost, as in the queues of a device. */
+/** The longest time that a sample waits for a late collector before it is lost, as in the queues of a device. */
 internal const val MAX_LATENESS_NANOS = 250_000_000L
 
 /** Emits the sample of every tick from now on, each after its capture time, until [end]. Releases images after use. */

@@ -20,15 +20,19 @@ internal data class SimulationKey(
 ) {
     companion object {
         /** The streams that deliver nothing although their sources are open; of the headset, not of its native code. */
-        val silent: SimulationKey = SimulationKey(
-            "fault.silent",
+        val silent: SimulationKey =
+            text("fault.silent", "these streams deliver nothing: ids, with commas between")
+
+        /** Returns a key of the headset, not of its native code, that takes any text. */
+        fun text(name: String, meaning: String): SimulationKey = SimulationKey(
+            name,
             value = "",
             default = "",
             isText = true,
             isWhole = false,
             range = 0.0..0.0,
             choices = emptyList(),
-            meaning = "these streams deliver nothing: ids, with commas between",
+            meaning,
         )
 
         /** Returns all keys of native code in the order of their table. [NativeBundle] must have been loaded. */

@@ -8,6 +8,7 @@ import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.CoroutineScope
@@ -61,6 +62,19 @@ class SimulatedHeadsetTest {
         opened.run()
         while (!frames.isCompleted) steps.take().run()
         assertEquals(1, samples(StreamTable.color, COLOR, count = 1).size)
+    }
+
+    @Test
+    fun aFactThatDoesNotHoldRefusesTheStreamsConcernedAlone() {
+        headset.set("assume.sensor_names", "IMU")
+        try {
+            val answer = headset.negotiate(StreamTable.accelLeft, StreamTable.accelLeft.defaultValues())
+            assertContains(assertIs<Answer.Refused>(answer).reason, "it lists: IMU")
+            assertIs<Answer.Applied>(headset.negotiate(StreamTable.color, COLOR))
+        } finally {
+            headset.set("assume.sensor_names", "")
+        }
+        assertIs<Answer.Applied>(headset.negotiate(StreamTable.accelLeft, StreamTable.accelLeft.defaultValues()))
     }
 
     @Test

@@ -1,0 +1,1 @@
+"""Judges from recordings what is assumed about the headset."""

@@ -1,0 +1,2 @@
+#pragma once
+#define SYS_futex 202
