@@ -262,7 +262,7 @@ lint-documents:
 	$(run) python3 tests/conformance/generate_vectors.py --verify
 	$(run) python3 -m pip check
 	$(pytest) --quiet tests/docs
-	git grep --untracked -lE '^#!/usr/bin/env bash' | xargs shellcheck
+	git grep --untracked -lE '^#!/usr/bin/env (-S .+ )?bash' | xargs shellcheck
 
 format: setup-headset+lint $(ktlint_jar) ## Lay out Python and Kotlin as lint wants them
 	$(run) ruff check --fix --config $(settings) $(python)

@@ -299,6 +299,21 @@ def test_ctrl_c_at_any_moment_after_the_start_has_no_traceback(
         assert code in (0, INCOMPLETE.get(words.split()[0], 0), 1, 2, 130, -signal.SIGINT)
 
 
+def test_the_script_hears_no_ctrl_c_that_it_would_lose(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = tmp_path / "start.sh"
+    start.write_text("echo waits >&2\nread -r _")
+    monkeypatch.setenv("BASH_ENV", str(start))
+    with Child("run", *LISTEN.split(), program=WRAPPER) as child:
+        child.await_error("waits")
+        status = Path(f"/proc/{child.process.pid}/status").read_text()
+        (blocked,) = (it.split()[1] for it in status.splitlines() if it.startswith("SigBlk:"))
+        assert child.process.stdin is not None
+        child.process.stdin.close()  # so that the script goes on
+        assert int(blocked, 16) & 1 << signal.SIGINT - 1
+
+
 # Starts a command, reads its output until it is ready, closes the pipe and hands on a signal.
 UNREAD = """
 import signal, subprocess, sys

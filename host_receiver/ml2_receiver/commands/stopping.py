@@ -1,5 +1,6 @@
 """Stops commands on signals."""
 
+import _thread
 import functools
 import os
 import signal
@@ -30,7 +31,8 @@ def limit_interrupts() -> None:
 
 
 def _interrupt(*_: object) -> NoReturn:
-    threading.Thread(target=STOP_LIMIT.enforce, name="signals", daemon=True).start()
+    # The main thread may have been interrupted where it holds a lock that a Thread's start takes.
+    _thread.start_new_thread(STOP_LIMIT.enforce, ())
     raise KeyboardInterrupt
 
 
