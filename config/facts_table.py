@@ -21,8 +21,8 @@ def facts_table(file: Path, table: StreamTable, claim: str) -> Iterator[str]:
         TableError: a fact has an unknown stage or key of the configuration.
     """
     facts: dict[str, dict[str, Any]] = yaml.safe_load(file.read_text("utf-8"))
-    yield f"| fact | {claim} | lives in | how to check it | key to try if it differs |"
-    yield "|---|---|---|---|---|"
+    yield f"| fact | {claim} | lives in | how to check it | self-test | key to try if it differs |"
+    yield "|---|---|---|---|---|---|"
     for name, fact in facts.items():
         keys = fact.get("keys", [])
         if fact["stage"] not in _STAGES:
@@ -33,4 +33,7 @@ def facts_table(file: Path, table: StreamTable, claim: str) -> Iterator[str]:
         if claim in fact:
             places = "<br>".join(f"`{it}`" for it in fact["code"])
             named = ", ".join(f"`{it}`" for it in keys)
-            yield f"| {fact['fact']} | {fact[claim]} | {places} | {fact['check']} | {named} |"
+            unjudged = fact.get("unjudged")
+            judged = f"no: {unjudged}" if unjudged else f"`{name}`"
+            cells = fact["fact"], fact[claim], places, fact["check"], judged, named
+            yield f"| {' | '.join(cells)} |"

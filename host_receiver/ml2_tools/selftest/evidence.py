@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ml2_receiver.errors import ProtocolError
 from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import StreamTable
 from ml2_receiver.topics.config_topic import ConfigText
 from ml2_receiver.topics.plain_messages import decode_string
 from ml2_receiver.topics.stamps import header_stamp_ns, stamp_reader
@@ -26,6 +26,7 @@ from ..bags.decoding import decoder
 from ..geometry.camera import camera_of
 from ..geometry.lens import Lens
 from ..images.pixels import grey_of
+from .numbers import NUMBERS
 
 type Floats = NDArray[np.float64]
 
@@ -102,7 +103,8 @@ class Evidence:
     """The data of several sessions with one headset.
 
     Attributes:
-        sessions: the streams of each session by id. "tf" has the poses of the head.
+        sessions: the streams of each session by id. "tf" has the poses of the head,
+            "tf_world_center" those of a camera's body, and "tf_map" the world in the map.
         log: lines of the device's log; None if it was not read.
         is_encrypted: True if the headset was paired; None if that is not known.
         is_behind_adb: True if commands over adb have done what they should.
@@ -189,8 +191,8 @@ def _takers(bag: BagReader, session: dict[str, StreamEvidence]) -> dict[str, Cal
             elif topic.role == "confidence":
                 takers[name] = partial(_take_confidence, session, id, bag.types[name])
             elif topic.role == "tf":
-                takers[name] = partial(_take_head, session, table.head_frame)
-            elif bag.types[name] in _NUMBERS:
+                takers[name] = partial(_take_transforms, session, _ids_by_frame(table))
+            elif bag.types[name] in NUMBERS:
                 takers[name] = partial(_take_numbers, session, id, bag.types[name])
     return takers
 
@@ -240,12 +242,20 @@ def _take_confidence(
         session[id].confidences[stamp_ns] = grey_of(decoder(type)(message.payload))
 
 
-def _take_head(session: dict[str, StreamEvidence], head: str, message: BagMessage) -> None:
+def _ids_by_frame(table: StreamTable) -> Mapping[str, str]:
+    """Returns which evidence the poses of a frame are."""
+    bodies = {it.body_frame: f"tf_{id}" for id, it in table.streams.items() if it.body_frame}
+    return {**bodies, table.head_frame: "tf", table.world_frame: "tf_map"}
+
+
+def _take_transforms(
+    session: dict[str, StreamEvidence], ids: Mapping[str, str], message: BagMessage
+) -> None:
     for it in decoder("tf2_msgs/msg/TFMessage")(message.payload).transforms:
-        if it.child_frame_id.rpartition("/")[2] == head:
+        if (id := ids.get(it.child_frame_id.rpartition("/")[2])) is not None:
             t, r = it.transform.translation, it.transform.rotation
-            session["tf"].times_ns.append((header_stamp_ns(it.header), message.time_ns))
-            session["tf"].numbers.append((t.x, t.y, t.z, r.x, r.y, r.z, r.w))
+            session[id].times_ns.append((header_stamp_ns(it.header), message.time_ns))
+            session[id].numbers.append((t.x, t.y, t.z, r.x, r.y, r.z, r.w))
 
 
 def _take_numbers(
@@ -253,25 +263,4 @@ def _take_numbers(
 ) -> None:
     decoded = decoder(type)(message.payload)
     session[id].times_ns.append((header_stamp_ns(decoded.header), message.time_ns))
-    session[id].numbers.append(_NUMBERS[type](decoded))
-
-
-def _vector(it: Any) -> tuple[float, ...]:
-    return it.x, it.y, it.z
-
-
-def _pose(it: Any) -> tuple[float, ...]:
-    q = it.orientation
-    return (*_vector(it.position), q.x, q.y, q.z, q.w)
-
-
-_NUMBERS: Mapping[str, Callable[[Any], tuple[float, ...]]] = {
-    "sensor_msgs/msg/Imu": lambda it: (
-        *_vector(it.angular_velocity),
-        *_vector(it.linear_acceleration),
-    ),
-    "sensor_msgs/msg/MagneticField": lambda it: _vector(it.magnetic_field),
-    "sensor_msgs/msg/Joy": lambda it: (*it.axes, *it.buttons),
-    "geometry_msgs/msg/PoseStamped": lambda it: _pose(it.pose),
-    "geometry_msgs/msg/PoseArray": lambda it: tuple(x for pose in it.poses for x in _pose(pose)),
-}
+    session[id].numbers.append(NUMBERS[type](decoded))

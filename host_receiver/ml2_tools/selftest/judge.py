@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ml2_receiver.wire.json_body import Scalar
 
-from . import cameras, motion
+from . import cameras, motion, places
 from .evidence import Evidence
 from .verdict import Verdict, as_assumed, differs, unknown
 
@@ -63,11 +63,11 @@ _CLAIMS: Mapping[str, _Claim] = {
         needs=_need("world_left", "depth", **_SDK), measure=cameras.frame_number_gaps
     ),
     "perception_system_first": _Claim(
-        "MLPerceptionStartup|PerceptionSystemNotStarted",
+        "MLPerceptionStartup: |PerceptionSystemNotStarted",
         _need("world_left", "depth", "eye_nasal_left", **_SDK),
     ),
     "snapshot_threads": _Claim(
-        r"MLPerception\w*Snapshot", _need("head_pose", "gaze", **_SDK) + _need("color")
+        r"MLPerception\w*Snapshot: ", _need("head_pose", "gaze", **_SDK) + _need("color")
     ),
     "cameras_together": _Claim(
         r"ML(Depth|World|Eye)Camera\w+: ",
@@ -111,7 +111,7 @@ _CLAIMS: Mapping[str, _Claim] = {
         switch="world_center.backend=sdk",
     ),
     "tracker_layouts": _Claim(
-        "ML(Eye|Hand)Tracking",
+        r"ML(Eye|Hand)Tracking\w*: ",
         _need("gaze", "hand_left", **_SDK),
         motion.tracker_layouts,
         "gaze.backend=openxr",
@@ -125,7 +125,7 @@ _CLAIMS: Mapping[str, _Claim] = {
         "controller.backend=openxr",
     ),
     "controller_library": _Claim(
-        r"not available: libinput\.magicleap",
+        r"not available: libinput\.magicleap\.so \(",
         _need("controller_joy", **_SDK),
         switch="controller.backend=openxr",
     ),
@@ -135,10 +135,30 @@ _CLAIMS: Mapping[str, _Claim] = {
         motion.controller_paths,
         "controller.backend=sdk",
     ),
-    "mltime": _Claim("MLTimeConvert", _need("head_pose", **_SDK), motion.mltime),
+    "mltime": _Claim(r"MLTimeConvert\w+: ", _need("head_pose", **_SDK), motion.mltime),
     "color_camera_ids": _Claim(
         "lists no camera", _need("color", camera_id=1), switch="picture_center.camera_id=0"
     ),
+    "vendor_symbols": _Claim(
+        r"not available: lib(perception\.magicleap|input\.magicleap\.so/)",
+        _need("world_left", "depth", "eye_nasal_left", "head_pose", "gaze", **_SDK)
+        + _need("hand_left", "controller", "controller_joy", **_SDK),
+    ),
+    "camera_pose_axes": _Claim(measure=places.camera_pose_axes),
+    "marker_session": _Claim(
+        r"^markers: (xr\w*Marker|not available: (markers|XR_ML_marker))",
+        measure=places.marker_session,
+        switch="markers.enabled=false",
+    ),
+    "marker_axes": _Claim(measure=places.marker_axes),
+    "marker_limit": _Claim(measure=places.marker_limit),
+    "map_session": _Claim(
+        r"^map: (xr\w*Locali|xrCreateReferenceSpace|not available: XR_ML_locali)",
+        measure=places.map_session,
+        switch="map.enabled=false",
+    ),
+    "map_events": _Claim(measure=places.map_events),
+    "map_axes": _Claim(measure=places.map_axes),
     "depth_confidence": _Claim(
         needs=_need("depth", confidence=True, **_SDK), measure=cameras.depth_confidence
     ),

@@ -64,7 +64,7 @@ def _axes(fact: str, evidence: Evidence, unit: str) -> Verdict:
     head = beside.get("tf")
     if head is None or not head.is_delivered:
         return unknown(fact, "no recording has poses of the head beside the inertial units")
-    stamps_s, rotations, _ = _poses(head)
+    stamps_s, rotations, _ = poses(head)
     if len(stamps_s) < 2 or stamps_s[-1] - stamps_s[0] < _LEAST_S:
         return unknown(fact, f"the head was seen for less than {_LEAST_S} s")
     turns = (rotations[:-1].inv() * rotations[1:]).as_rotvec() / np.diff(stamps_s)[:, None]
@@ -91,7 +91,7 @@ def _rising(stream: StreamEvidence) -> tuple[Floats, Floats]:
     return stamps_ns / 1e9, np.array(stream.numbers)[places]
 
 
-def _poses(stream: StreamEvidence) -> tuple[Floats, Rotation, Floats]:
+def poses(stream: StreamEvidence) -> tuple[Floats, Rotation, Floats]:
     """Returns stamps in s, rotations and positions of finite poses."""
     stamps_s, numbers = _rising(stream)
     is_whole = np.isfinite(numbers).all(axis=1)
@@ -109,8 +109,8 @@ def openxr_local_space(fact: str, evidence: Evidence) -> Verdict:
 
 
 def _offset(fact: str, openxr: StreamEvidence, sdk: StreamEvidence) -> Verdict:
-    sdk_s, sdk_rotations, sdk_positions = _poses(sdk)
-    stamps_s, rotations, positions = _poses(openxr)
+    sdk_s, sdk_rotations, sdk_positions = poses(sdk)
+    stamps_s, rotations, positions = poses(openxr)
     both = (stamps_s >= sdk_s[0]) & (stamps_s <= sdk_s[-1])
     there = np.stack([np.interp(stamps_s[both], sdk_s, it) for it in sdk_positions.T], axis=1)
     metres = np.linalg.norm(positions[both] - there, axis=1)

@@ -26,7 +26,8 @@ from .verdict import Verdict, as_objects
 VERDICTS, RESULTS, LOG, DATA = "verdicts.json", "results.json", "log.txt", "data.mcap"
 _MOST_LINES, _MOST_BYTES = 2000, 10_000_000
 _HIDDEN = "<removed>"
-_PIXELS = ("image", "confidence", "flags")
+# Images, and the name that people gave a map.
+_LEFT_OUT = ("image", "confidence", "flags", "map_state")
 _ADDRESSES = (
     re.compile(r"\b\d{1,3}(\.\d{1,3}){3}\b"),
     re.compile(r"\b[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}\b"),
@@ -133,7 +134,7 @@ def numbers_of(recording: Path) -> bytes:
     for stream in table.streams.values():
         for topic in stream.topics:
             name = topic.full_name(bag.prefix)
-            if topic.role not in _PIXELS and name in bag.types:
+            if topic.role not in _LEFT_OUT and name in bag.types:
                 topics[name] = BagTopic(name, bag.types[name], table.qos[topic.qos])
     with TemporaryDirectory() as folder:
         path = Path(folder) / DATA

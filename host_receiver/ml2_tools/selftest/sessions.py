@@ -57,6 +57,8 @@ STEPS: Mapping[str, Sections] = {
         "depth_center": {**_DEPTH, **_OPENXR},
         "head_pose": _OPENXR,
         "controller": _OPENXR,
+        "markers": _ON,
+        "map": _ON,
     },
 }
 

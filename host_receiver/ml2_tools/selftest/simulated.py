@@ -17,7 +17,7 @@ _HEADSET = Path(__file__).parents[3] / "ml2-sensors-aar" / "simulator" / "ml2-he
 _END_S = 10.0
 # Drawing takes more processors than most machines have beside a recorder. The world cameras capture
 # with low exposure only while a controller is tracked.
-_DEFAULTS = ("still_images=1", "controller_tracked=1")
+_DEFAULTS = ("still_images=1", "controller_tracked=1", "tags=36h11")
 
 
 @contextmanager
