@@ -16,6 +16,7 @@ from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import (
     ChannelStatus,
     ClockStatus,
+    Condition,
     StreamAnswer,
     Thermal,
 )
@@ -89,6 +90,21 @@ def test_a_hot_headset_is_a_warning(watch: Watch, thermal: Thermal, level: Level
     assert row.level == level
     assert row.values["thermal"] == thermal
     assert (thermal in row.message) == (level == Level.WARN)
+
+
+def test_what_the_headset_perceives_has_rows_while_it_is_connected(watch: Watch) -> None:
+    conditions = {
+        "map": Condition("ok", "localized in Lab", {"name": "Lab"}),
+        "gaze": Condition("warn", "headset fit is bad", {"headset_fit": "bad"}),
+    }
+    report = watch.report(conditions=conditions)
+    found = [it for it in watch.rows(report) if it.name.startswith("headset ")]
+    assert found == [
+        Row("headset gaze", Level.WARN, "headset fit is bad", {"headset_fit": "bad"}),
+        Row("headset map", Level.OK, "localized in Lab", {"name": "Lab"}),
+    ]
+    gone = replace(report, state=State.LOST)
+    assert not [it for it in watch.rows(gone) if it.name.startswith("headset ")]
 
 
 FULL_CLOCK = ClockStatus(

@@ -3,6 +3,7 @@
 #include "../sdk/error.h"
 #include "../sources/source.h"
 #include "actions.h"
+#include "events.h"
 #include "poses.h"
 #include "runtime.h"
 
@@ -46,6 +47,15 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return xr_end(XR_CALL(error, core, xrDestroySpace, pose_of(settings)->space), error);
 }
 
+/** Writes how the headset is worn and how well it knows the eyes, without which nobody can tell how exact a gaze is. */
+static void write_condition(ml2s_reading *reading) {
+    latest_event event;
+    bool has_fit = !events_latest(XR_TYPE_EVENT_DATA_HEADSET_FIT_CHANGED_ML, &event, NULL);
+    reading->values[ML2S_GAZE_FIT] = has_fit ? (float)event.fit.status : -1;
+    bool has_calibration = !events_latest(XR_TYPE_EVENT_DATA_EYE_CALIBRATION_CHANGED_ML, &event, NULL);
+    reading->values[ML2S_GAZE_CALIBRATION] = has_calibration ? (float)event.calibration.status : -1;
+}
+
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     const struct action_pose *pose = pose_of(settings);
     struct poses_time now;
@@ -58,6 +68,9 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
         return result;
     }
     poses_fill(&reading, pose->stream, &now, &located, is_tracked);
+    if (pose == &gaze) {
+        write_condition(&reading);
+    }
     readings_add(readings, &reading);
     return ML2S_OK;
 }

@@ -48,6 +48,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
         return result;
     }
     poses_fill(&reading, ML2S_STREAM_HEAD_POSE, &now, &pose, is_tracked);
+    reading.values[ML2S_HEAD_STATUS] = -1;
     reading.events = events_of(is_tracked);
     readings_add(readings, &reading);
     return ML2S_OK;

@@ -225,6 +225,19 @@ typedef enum ml2s_map_value {
     ML2S_MAP_TYPE = 3,       /**< XrLocalizationMapTypeML */
 } ml2s_map_value;
 
+/** The indices of ml2s_reading.values for ML2S_STREAM_HEAD_POSE. */
+typedef enum ml2s_head_value {
+    ML2S_HEAD_STATUS = 0,     /**< MLHeadTrackingStatus; -1 with ML2S_BACKEND_OPENXR, which does not say it. */
+    ML2S_HEAD_CONFIDENCE = 1, /**< 0 to 1. */
+    ML2S_HEAD_ERRORS = 2,     /**< Bits of MLHeadTrackingErrorFlag. */
+} ml2s_head_value;
+
+/** The indices of ml2s_reading.values for ML2S_STREAM_GAZE by OpenXR. A value is -1 until the device has said it. */
+typedef enum ml2s_gaze_value {
+    ML2S_GAZE_FIT = 0,         /**< XrHeadsetFitStatusML */
+    ML2S_GAZE_CALIBRATION = 1, /**< XrEyeCalibrationStatusML */
+} ml2s_gaze_value;
+
 /** A reading of a sensor without images: the state of one thing at one instant. */
 typedef struct ml2s_reading {
     uint32_t struct_size;
@@ -235,9 +248,9 @@ typedef struct ml2s_reading {
     float rotation[4];     /**< In the world: x, y, z, w. */
     float position[3];     /**< In the world. */
     uint32_t
-        is_tracked; /**< 0: not seen or not connected; rotation and position are not valid, nor are values but MAP's. */
+        is_tracked; /**< 0: not seen or not connected; rotation and position are not valid, nor are values of input. */
     uint32_t events;                /**< ML2S_TRACKING_* since the last poll. */
-    float values[ML2S_INPUT_COUNT]; /**< By ml2s_input, ml2s_marker_value or ml2s_map_value; 0 for other streams. */
+    float values[ML2S_INPUT_COUNT]; /**< By the enumeration of the stream; 0 for streams without one. */
     char name[256];                 /**< Zero-terminated UTF-8: the content of a QR code, or a map; else empty. */
 } ml2s_reading;
 

@@ -72,9 +72,11 @@ MLResult MLHeadTrackingGetStateEx(MLHandle tracker, MLHeadTrackingStateEx *inout
     if (const auto result = checkStructure(__func__, inout_state, 1))
         return result;
     inout_state->status = statusOf(*found);
-    inout_state->confidence = inout_state->status == MLHeadTrackingStatus_Valid ? 1 : 0;
-    inout_state->error =
-        trackingNow() == kTracked ? MLHeadTrackingErrorFlag_None : MLHeadTrackingErrorFlag_NotEnoughFeatures;
+    inout_state->confidence =
+        inout_state->status == MLHeadTrackingStatus_Valid ? static_cast<float>(number(Key::FaultHeadConfidence)) : 0;
+    inout_state->error = static_cast<uint32_t>(number(Key::FaultHeadErrors));
+    if (trackingNow() != kTracked)
+        inout_state->error |= MLHeadTrackingErrorFlag_NotEnoughFeatures;
     return MLResult_Ok;
 }
 

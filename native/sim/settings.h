@@ -55,6 +55,8 @@ enum class Key {
     FaultTimeConvert,
     FaultHeadCreate,
     FaultHeadTracking,
+    FaultHeadConfidence,
+    FaultHeadErrors,
     FaultHeadNewSession,
     FaultSnapshotGet,
     FaultSnapshotPredicted,

@@ -46,6 +46,9 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
         (state.status == MLHeadTrackingStatus_Valid && (result = pose_locate(&head.coord_frame_head, &pose, error)))) {
         return result;
     }
+    pose.values[ML2S_HEAD_STATUS] = (float)state.status;
+    pose.values[ML2S_HEAD_CONFIDENCE] = state.confidence;
+    pose.values[ML2S_HEAD_ERRORS] = (float)state.error;
     pose.events = (uint32_t)events; // ML2S_TRACKING_* are the vendor's bits.
     events = 0;
     readings_add(readings, &pose);

@@ -86,7 +86,7 @@ def test_the_state_says_in_which_map_the_headset_is(starts: list[Received]) -> N
             "errors": "",
             "name": "Second room",
             "uuid": UUID,
-            "type": "on_device",
+            "map_type": "on_device",
         }
 
 

@@ -7,7 +7,14 @@ from enum import Enum
 
 from ..table.stream_table import Topic
 from ..wire.kinds import Kind
-from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus, Thermal
+from ..wire.messages import (
+    ChannelStatus,
+    ClockStatus,
+    Condition,
+    StreamAnswer,
+    StreamStatus,
+    Thermal,
+)
 from ..wire.opening_bodies import CallStatus
 from .books import SubscriptionReport
 from .link_tests import LinkTestResult
@@ -71,6 +78,7 @@ class Report:
         link_test: the last link test; None before the first one.
         thermal: from the last STATUS; None if the headset does not report it.
         streams: the state of each stream.
+        conditions: how well the headset perceives what, from the last STATUS.
         openings: what the app has open, or had when the session ended.
     """
 
@@ -88,4 +96,5 @@ class Report:
     link_test: LinkTestResult | None = None
     thermal: Thermal | None = None
     streams: Mapping[str, StreamStatus] = field(default_factory=dict)
+    conditions: Mapping[str, Condition] = field(default_factory=dict)
     openings: OpeningsReport = field(default_factory=OpeningsReport)

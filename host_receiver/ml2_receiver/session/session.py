@@ -282,6 +282,7 @@ class Session:
             link_test=self.link_tests.report(now_s),
             thermal=status.thermal if status else None,
             streams=self.streams.states(self.status),
+            conditions=(status.conditions if status else None) or {},
             openings=self.openings.report(status) if self.openings else OpeningsReport(),
             topics=[self._topic_report(*topic) for topic in self.instance.topics.items()],
         )

@@ -13,7 +13,7 @@ from ..session.report import CallsReport, Report, State, TopicReport
 from ..session.statistics import SHARES, TopicStatistics
 from ..session.stream_state import Judgement, in_words
 from ..wire.kinds import Kind
-from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
+from ..wire.messages import ChannelStatus, ClockStatus, Condition, StreamAnswer, StreamStatus
 from .adaptation import ADAPTATION, adaptation_message, adaptation_values
 from .judgement import Judge, expected_hz, judgement_values
 
@@ -23,6 +23,7 @@ ALL_ARRIVED, LOST = "all that was produced arrived", "lost messages"
 CALLS = ("client ", "service ")  # and the name: the rows of those of the app
 _OF_CALLS = (Kind.REQUEST, Kind.RESPONSE, Kind.FAILURE)
 SUBSCRIPTION = "subscription "  # and the topic: the row of a subscription of the app
+CONDITION = "headset "  # and what it perceives
 # From this state on, Android slows the headset down noticeably.
 _HOT = {"severe", "critical", "emergency", "shutdown"}
 
@@ -70,13 +71,16 @@ class Diagnostics:
     def rows(self, report: Report | None, now_s: float) -> list[Row]:
         """Returns the rows of the session, its clock, its last link test, adaptation and topics.
 
-        Rows that do not apply are left out, such as `adaptation` without a connection.
+        Rows that do not apply are left out, such as `adaptation` and those of what the headset
+        perceives without a connection.
         """
         if report is None:
             return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
         clock = [] if report.clock is None else [_clock(report.clock)]
         link = [] if report.link_test is None else [_link(report.link_test)]
-        adaptation = [_adaptation(report.streams)] if report.state is State.CONNECTED else []
+        present = [_adaptation(report.streams)] if report.state is State.CONNECTED else []
+        if present:
+            present += [_condition(name, it) for name, it in sorted(report.conditions.items())]
         judgements = self._judge.judge(report, now_s)
         topics = [
             self._topic(topic, judgement, report, now_s)
@@ -84,7 +88,7 @@ class Diagnostics:
         ]
         openings = [_subscription(it) for it in report.openings.subscriptions]
         openings += [_calls(it) for it in report.openings.calls]
-        head = [_session(report, judgements.streams), *clock, *link, *adaptation]
+        head = [_session(report, judgements.streams), *clock, *link, *present]
         return [*head, *topics, *openings]
 
     def _topic(self, topic: TopicReport, judgement: Judgement, report: Report, now_s: float) -> Row:
@@ -248,6 +252,11 @@ def _adaptation(streams: Mapping[str, StreamStatus]) -> Row:
     values = adaptation_values(streams)
     level = Level.WARN if values else Level.OK
     return Row(ADAPTATION, level, adaptation_message(values), values)
+
+
+def _condition(name: str, condition: Condition) -> Row:
+    level = Level.OK if condition.level == "ok" else Level.WARN
+    return Row(f"{CONDITION}{name}", level, condition.message, dict(condition.values))
 
 
 def _subscription(report: SubscriptionReport) -> Row:

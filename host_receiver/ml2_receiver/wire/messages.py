@@ -241,6 +241,21 @@ class StreamStatus:
 
 
 @dataclass(frozen=True)
+class Condition:
+    """The judgement of the headset on how well it perceives something."""
+
+    level: Literal["ok", "warn"]
+    message: str
+    values: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        if len(self.message) > _REASON_CHARACTERS:
+            raise ValueError(f"message: expected at most {_REASON_CHARACTERS} characters")
+        if "type" in self.values:  # which marks the rows of topics
+            raise ValueError("values: type is not a name")
+
+
+@dataclass(frozen=True)
 class Status(JsonBody):
     final: bool
     uptime_s: float
@@ -250,6 +265,7 @@ class Status(JsonBody):
     streams: Mapping[str, StreamStatus] | None = None
     openings: Mapping[str, SubscriptionStatus] | None = None
     calls: Mapping[str, CallStatus] | None = None
+    conditions: Mapping[str, Condition] | None = None
 
 
 @dataclass(frozen=True)

@@ -76,6 +76,8 @@ KeyTable declareKeys() {
         whole("map.count", 2, 3, "how many maps there are; the third has the name of the first"),
         whole("map.delay_ms", 20, 60000, "how long a request to localize is pending"),
         whole("map.moved_mm", 0, 10000, "by how much the origin of the map has moved, without an event"),
+        whole("fault.calibration.silent", 0, 1, "1: no event of fit and calibration comes"),
+        whole("fault.calibration.refused", 0, 1, "1: enabling events of fit and calibration fails"),
         whole("headset.fit", 2, 3, "0: unknown, 1: not worn, 2: good, 3: bad"),
         whole("eyes.calibration", 3, 3, "0: unknown, 1: none, 2: coarse, 3: fine"),
         whole("future.delay_ms", 2, 60000, "how long an asynchronous call takes"),

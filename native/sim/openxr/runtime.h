@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <map>
 #include <memory>
@@ -43,6 +44,14 @@ struct Runtime {
 };
 
 Runtime &runtime();
+
+/// Adds an event to the runtime's queue.
+template <class Event> void post(const Event &event) {
+    XrEventDataBuffer buffer{};
+    static_assert(sizeof event <= sizeof buffer);
+    std::memcpy(&buffer, &event, sizeof event);
+    runtime().events.push_back(buffer);
+}
 
 /// Counts and logs a misuse, then refuses the call.
 [[noreturn]] void misuse(ml2sim_xr_misuse kind, XrResult result, const std::string &what);

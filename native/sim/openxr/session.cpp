@@ -14,13 +14,7 @@ constexpr int64_t kForesightNanos = kSecond / 10;
 
 void enterState(XrSession handle, Session &session, XrSessionState state) {
     session.state = state;
-    XrEventDataBuffer buffer{};
-    auto &event = reinterpret_cast<XrEventDataSessionStateChanged &>(buffer);
-    event.type = XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED;
-    event.session = handle;
-    event.state = state;
-    event.time = mlTimeNow();
-    runtime().events.push_back(buffer);
+    post(XrEventDataSessionStateChanged{XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED, nullptr, handle, state, mlTimeNow()});
 }
 
 void noticeNewWorld(XrSession handle, Session &session) {
@@ -57,13 +51,8 @@ void applySessionFaults() {
 }
 
 void postSpaceChange(XrSession handle, XrReferenceSpaceType space) {
-    XrEventDataBuffer buffer{};
-    auto &event = reinterpret_cast<XrEventDataReferenceSpaceChangePending &>(buffer);
-    event.type = XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING;
-    event.session = handle;
-    event.referenceSpaceType = space;
-    event.changeTime = mlTimeNow();
-    runtime().events.push_back(buffer);
+    post(XrEventDataReferenceSpaceChangePending{
+        XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING, nullptr, handle, space, mlTimeNow(), false, {}});
 }
 
 void checkTime(XrTime time) {

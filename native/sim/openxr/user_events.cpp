@@ -1,20 +1,10 @@
 // The events of the map and of how the headset is worn. Keys say what they tell; a change of a key is a new event.
-#include <cstring>
-
 #include "../clock.h"
 #include "entry_points.h"
 #include "session.h"
 
 namespace ml2sim::xr {
 namespace {
-
-/** An event of the runtime's queue, as one of its types. */
-template <class Event> void post(const Event &event) {
-    XrEventDataBuffer buffer{};
-    static_assert(sizeof event <= sizeof buffer);
-    std::memcpy(&buffer, &event, sizeof event);
-    runtime().events.push_back(buffer);
-}
 
 void postLocalization(XrSession session, const Told &told) {
     XrEventDataLocalizationChangedML event{};
@@ -64,6 +54,8 @@ void tellUserEvents(XrSession handle, Session &session) {
     localization.push_back(static_cast<int64_t>(session.map));
     if (runtime().keys.whole("fault.map.silent") == 0)
         tell(session.localization, localization, [&](const Told &told) { postLocalization(handle, told); });
+    if (runtime().keys.whole("fault.calibration.silent") != 0)
+        return;
     tell(session.fit, valuesOf({"headset.fit"}), postFit);
     tell(session.calibration, valuesOf({"eyes.calibration"}), postCalibration);
 }
@@ -85,6 +77,7 @@ XrResult xrEnableUserCalibrationEventsML(XrInstance instance, const XrUserCalibr
         find<Instance>(instance, "instance");
         const auto &info = requireType(enableInfo, XR_TYPE_USER_CALIBRATION_ENABLE_EVENTS_INFO_ML,
                                        "XrUserCalibrationEnableEventsInfoML");
+        refuseIf("fault.calibration.refused", XR_ERROR_RUNTIME_FAILURE);
         for (auto &[handle, object] : runtime().objects)
             if (auto *session = dynamic_cast<Session *>(object.get()))
                 session->fit = session->calibration = {info.enabled != 0 && session->isRunning, {}};

@@ -1,4 +1,6 @@
 // Head, gaze and hands.
+#include "../../sdk/ml_perception.h"
+#include "../../sim/openxr/openxr_headers.h"
 #include "trackers.h"
 
 using ml2sim::jointInHead;
@@ -55,6 +57,60 @@ TEST_P(Poses, TrackingIsLostAndRecoveredOnceEach) {
     EXPECT_TRUE(recovered.is_tracked);
     EXPECT_EQ(recovered.events, ML2S_TRACKING_RECOVERED);
     EXPECT_EQ(sensor.pollReading().events, 0u);
+}
+
+TEST_F(SdkPoses, TheHeadSaysHowWellItIsTracked) {
+    Sensor sensor(onSdk(kHead));
+    auto pose = sensor.pollReading();
+    EXPECT_EQ(pose.values[ML2S_HEAD_STATUS], static_cast<float>(MLHeadTrackingStatus_Initializing));
+    EXPECT_EQ(pose.values[ML2S_HEAD_CONFIDENCE], 0);
+    untilTracked(sensor, 1);
+    headset("fault.head.confidence", "0.25");
+    headset("fault.head.errors", "12");
+    pose = sensor.pollReading();
+    EXPECT_TRUE(pose.is_tracked);
+    EXPECT_EQ(pose.values[ML2S_HEAD_STATUS], static_cast<float>(MLHeadTrackingStatus_Valid));
+    EXPECT_EQ(pose.values[ML2S_HEAD_CONFIDENCE], 0.25f);
+    EXPECT_EQ(pose.values[ML2S_HEAD_ERRORS],
+              static_cast<float>(MLHeadTrackingErrorFlag_LowLight | MLHeadTrackingErrorFlag_ExcessiveMotion));
+    headset("fault.head.tracking", "1");
+    pose = sensor.pollReading();
+    EXPECT_FALSE(pose.is_tracked);
+    EXPECT_EQ(pose.values[ML2S_HEAD_STATUS], static_cast<float>(MLHeadTrackingStatus_Relocalizing));
+    EXPECT_EQ(pose.values[ML2S_HEAD_ERRORS], 14);
+}
+
+TEST_F(OpenXrPoses, TheStatusOfTheHeadIsNotSaid) {
+    EXPECT_EQ(Sensor(openXrSettings(ML2S_SENSOR_HEAD, bitOf(ML2S_STREAM_HEAD_POSE))).pollReading().values[0], -1);
+}
+
+TEST_F(OpenXrPoses, TheGazeSaysHowTheHeadsetFitsAndHowTheEyesAreCalibrated) {
+    runtime("fault.calibration.silent", "1");
+    Sensor sensor(openXrSettings(ML2S_SENSOR_GAZE, bitOf(ML2S_STREAM_GAZE)));
+    const auto expect = [&](int fit, int calibration) {
+        ml2s_reading gaze{};
+        for (int i = 0; i < 3; i++) // the event comes with one poll at the latest
+            gaze = sensor.pollReading();
+        EXPECT_EQ(gaze.values[ML2S_GAZE_FIT], static_cast<float>(fit));
+        EXPECT_EQ(gaze.values[ML2S_GAZE_CALIBRATION], static_cast<float>(calibration));
+    };
+    expect(-1, -1);
+    runtime("fault.calibration.silent", "0");
+    expect(XR_HEADSET_FIT_STATUS_GOOD_FIT_ML, XR_EYE_CALIBRATION_STATUS_FINE_ML);
+    runtime("headset.fit", "3");
+    expect(XR_HEADSET_FIT_STATUS_BAD_FIT_ML, XR_EYE_CALIBRATION_STATUS_FINE_ML);
+    runtime("headset.fit", "2");
+    runtime("eyes.calibration", "2");
+    expect(XR_HEADSET_FIT_STATUS_GOOD_FIT_ML, XR_EYE_CALIBRATION_STATUS_COARSE_ML);
+}
+
+TEST_F(OpenXrPoses, ARuntimeThatRefusesToSayHowTheHeadsetFitsStillGivesTheGaze) {
+    runtime("fault.calibration.refused", "1");
+    Sensor sensor(openXrSettings(ML2S_SENSOR_GAZE, bitOf(ML2S_STREAM_GAZE)));
+    const auto gaze = sensor.pollReading();
+    EXPECT_TRUE(gaze.is_tracked);
+    EXPECT_EQ(gaze.values[ML2S_GAZE_FIT], -1);
+    EXPECT_EQ(gaze.values[ML2S_GAZE_CALIBRATION], -1);
 }
 
 TEST_P(Poses, ANewOriginOfTheWorldIsANewSession) {

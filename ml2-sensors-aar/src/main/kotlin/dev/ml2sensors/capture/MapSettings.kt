@@ -28,14 +28,13 @@ internal data class MapSettings(val name: String = "", val leastConfidence: Int 
 
         fun sample(found: Reading): MapSample {
             val (uuid, name) = found.name.split(" ", limit = 2).let { it.first() to it.drop(1).joinToString() }
-            val errors = found.value(Reading.MAP_ERRORS).toInt()
             return MapSample(
                 found.captureNanos,
                 found.pose?.toBody(),
                 MapState(
                     word(STATES, found.value(Reading.MAP_STATE)),
                     word(MapState.CONFIDENCES, found.value(Reading.MAP_CONFIDENCE)),
-                    ERRORS.filterIndexed { bit, _ -> errors shr bit and 1 != 0 },
+                    wordsOf(ERRORS, found.value(Reading.MAP_ERRORS).toInt()),
                     name,
                     uuid,
                     if (uuid.isEmpty()) "" else word(TYPES, found.value(Reading.MAP_TYPE)),

@@ -2,6 +2,7 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.message.toPose
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Condition
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.HeadTrack
 import dev.ml2sensors.source.InputSample
@@ -130,7 +131,13 @@ private class OpenTracker(
         }
 
     private fun pose(found: Reading) =
-        PoseSample(found.captureNanos, found.pose?.toBody(), found.isInNewWorld)
+        PoseSample(found.captureNanos, found.pose?.toBody(), found.isInNewWorld, condition(found))
+
+    private fun condition(found: Reading): Condition? = when {
+        sensor == ReadingSensor.HEAD -> headCondition(found)
+        sensor == ReadingSensor.GAZE && backend == NativeBackend.OPENXR -> gazeCondition(found)
+        else -> null
+    }
 
     private fun joints(found: List<Reading>) =
         PosesSample(found.first().captureNanos, found.map { it.pose?.toBody()?.toPose() ?: PosesSample.UNTRACKED })

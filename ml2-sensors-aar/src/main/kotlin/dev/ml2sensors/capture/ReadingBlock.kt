@@ -58,7 +58,7 @@ internal class Reading(private val memory: ByteBuffer, private val base: Int) {
             return bytes.decodeToString()
         }
 
-    /** Returns the value [index] of ml2s_input, ml2s_marker_value or ml2s_map_value. */
+    /** Returns the value [index] of ml2s_input, ml2s_marker_value, ml2s_map_value, ml2s_head_value or ml2s_gaze_value. */
     fun value(index: Int): Float = memory.getFloat(base + ReadingLayout.values + index * Float.SIZE_BYTES)
 
     companion object {
@@ -77,5 +77,10 @@ internal class Reading(private val memory: ByteBuffer, private val base: Int) {
         const val MAP_CONFIDENCE = 1
         const val MAP_ERRORS = 2
         const val MAP_TYPE = 3
+        const val HEAD_STATUS = 0
+        const val HEAD_CONFIDENCE = 1
+        const val HEAD_ERRORS = 2
+        const val GAZE_FIT = 0
+        const val GAZE_CALIBRATION = 1
     }
 }

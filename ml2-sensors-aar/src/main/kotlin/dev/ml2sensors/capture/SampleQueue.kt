@@ -96,7 +96,7 @@ internal class SampleQueue(capacity: Int) {
         val since = newWorldNanos.get()
         if (since == NONE || sample !is PoseSample || sample.captureNanos < since) return sample
         newWorldNanos.compareAndSet(since, NONE)
-        return PoseSample(sample.captureNanos, sample.pose, isInNewWorld = true)
+        return PoseSample(sample.captureNanos, sample.pose, isInNewWorld = true, sample.condition)
     }
 
     private fun drop(sample: Sample) {

@@ -159,6 +159,7 @@ internal class ControlHandler(
                 reports.streamStates,
                 openings?.counts().orEmpty(),
                 openings?.calls().orEmpty(),
+                reports.conditions,
             ),
         )
     }

@@ -65,6 +65,9 @@ internal interface StreamReports {
     /** The thermal state as in STATUS, null if unknown. */
     val thermal: String?
 
+    /** The present conditions of what the headset perceives, as in STATUS. */
+    val conditions: Map<String, Status.Condition>
+
     /** The state of each requested stream by id, as in STATUS. */
     val streamStates: Map<String, Status.Stream>
 

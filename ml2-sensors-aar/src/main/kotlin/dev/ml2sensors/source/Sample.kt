@@ -38,13 +38,29 @@ public class ScalarSample(override val captureNanos: Long, public val value: Dou
  * A pose in the world frame, `magicleap_world` (REP-103: x forward, y left, z up; metres).
  *
  * [pose] is null while it is not tracked. [isInNewWorld] means that the world has a new origin, so earlier poses no
- * longer apply.
+ * longer apply. [condition] says how well the head is tracked, or how well the eyes are known; null if the device does
+ * not say it.
  */
 public class PoseSample(
     override val captureNanos: Long,
     public val pose: Transform?,
     public val isInNewWorld: Boolean = false,
+    public val condition: Condition? = null,
 ) : Sample
+
+/**
+ * The judgement of the headset on how well it perceives something, in words.
+ *
+ * @property isGood true if samples can be relied on.
+ * @property message what is so, for people.
+ * @property values details, by name.
+ */
+public data class Condition(val isGood: Boolean, val message: String, val values: Map<String, String>) {
+    internal companion object {
+        /** The value of what the device has not said yet. */
+        const val NOT_SAID = "not_said"
+    }
+}
 
 /**
  * The joints of a hand: [poses] in the world frame, always the 26 of OpenXR's XrHandJointEXT in its order. Joints that

@@ -62,16 +62,17 @@ internal class ActiveStreams(
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
     private val events = EventQueue()
     private val trackingEvents = TrackingEvents(events::add)
+    private val conditions = Conditions(events::add)
     private val tree = TransformTree(clock.stamps, isLive = !isRecording, trackingEvents, events::add)
-    private val headWatch = HeadWatch(this.headset, streamScope, trackingEvents)
+    private val headWatch = HeadWatch(this.headset, streamScope, trackingEvents, conditions)
 
     private val adaptation = ImageAdaptation(outgoing::lane) {
         events.add(it)
         streams.changes.trySend(Unit)
     }
     private val pipelines =
-        StreamPipelines(outgoing, clock.stamps, tree, adaptation, this.headset.videoEncoders, events::add)
-    override val reports: DeviceReports = DeviceReports(this.headset, outgoing, streams, adaptation, events)
+        StreamPipelines(outgoing, clock.stamps, tree, adaptation, this.headset.videoEncoders, conditions, events::add)
+    override val reports: DeviceReports = DeviceReports(this.headset, outgoing, streams, adaptation, events, conditions)
     private val local = LocalStreams(this.headset, streamScope, ::setState)
 
     @Volatile

@@ -16,6 +16,7 @@ internal class DeviceReports(
     private val streams: StreamStates,
     private val adaptation: ImageAdaptation,
     override val events: EventQueue,
+    private val latest: Conditions,
 ) : StreamReports {
     override val streamStates: Map<String, Status.Stream> get() = streams.toBodies(adaptation::lowered)
 
@@ -27,6 +28,8 @@ internal class DeviceReports(
         get() = headset.timestampBases.mapValues { (_, base) -> base.wireName }
 
     override val thermal: String? get() = headset.thermal?.wireName
+
+    override val conditions: Map<String, Status.Condition> get() = latest.toBodies()
 
     override fun counts(): Map<String, Status.ChannelCounts> = outgoing.counts()
 

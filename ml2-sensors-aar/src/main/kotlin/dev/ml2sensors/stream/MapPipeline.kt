@@ -6,6 +6,7 @@ import dev.ml2sensors.message.DiagnosticStatus
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.KeyValue
 import dev.ml2sensors.message.Time
+import dev.ml2sensors.source.Condition
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.MapSample
 import dev.ml2sensors.source.MapState
@@ -27,9 +28,10 @@ internal class MapPipeline(
     private val stamps: StampMap,
     private val tree: TransformTree,
     private val frameIds: FrameIds,
+    private val conditions: Conditions,
     private val report: (Event) -> Unit,
 ) {
-    private var last: DiagnosticStatus? = null
+    private var last: Condition? = null
     private var lastCaptureNanos = 0L
 
     /** Runs until [samples] end or fail. */
@@ -43,45 +45,54 @@ internal class MapPipeline(
                 }
             }
         } finally {
-            if (last?.isLocalized == true) report(Event(Event.MAP_LOST, "the map is not followed any more"))
+            conditions.set(Conditions.MAP, null)
+            if (last?.isGood == true) report(Event(Event.MAP_LOST, "the map is not followed any more"))
         }
     }
 
     private suspend fun add(sample: MapSample) {
         tree.map(sample)
-        val status = status(sample)
+        val condition = condition(sample)
+        conditions.set(Conditions.MAP, condition)
         val before = last
-        if (before == status && sample.captureNanos - lastCaptureNanos < REPEATED_AFTER_NANOS) return
+        if (before == condition && sample.captureNanos - lastCaptureNanos < REPEATED_AFTER_NANOS) return
         val stampNanos = stamps.stampNanos(sample.captureNanos)
             ?: return channel.counters.countLost(1, stamps.lossReason(sample.captureNanos))
-        last = status
+        last = condition
         lastCaptureNanos = sample.captureNanos
         val header = Header(Time.ofNanos(stampNanos), frameIds.of(StreamTable.map))
-        channel.publish(DiagnosticArray.serializer(), DiagnosticArray(header, listOf(status)), stampNanos)
-        if (status.isLocalized != (before?.isLocalized == true)) {
-            val name = if (status.isLocalized) Event.MAP_LOCALIZED else Event.MAP_LOST
-            report(Event(name, "map: ${status.message}"))
+        val message = DiagnosticArray(header, listOf(condition.toMessage()))
+        channel.publish(DiagnosticArray.serializer(), message, stampNanos)
+        if (condition.isGood != (before?.isGood == true)) {
+            val name = if (condition.isGood) Event.MAP_LOCALIZED else Event.MAP_LOST
+            report(Event(name, "map: ${condition.message}"))
         }
     }
 
-    private fun status(sample: MapSample): DiagnosticStatus {
+    private fun condition(sample: MapSample): Condition {
         val state = sample.state
         val isLocalized = sample.origin != null
-        return DiagnosticStatus(
-            if (isLocalized) DiagnosticStatus.OK else DiagnosticStatus.WARN,
-            "map",
+        return Condition(
+            isLocalized,
             if (isLocalized) "localized in ${state.name}" else "no transform: ${reason(state)}",
-            hardwareId = "",
-            listOf(
-                KeyValue("localization", state.localization),
-                KeyValue("confidence", state.confidence),
-                KeyValue("errors", state.errors.joinToString(" ")),
-                KeyValue("name", state.name),
-                KeyValue("uuid", state.uuid),
-                KeyValue("type", state.type),
+            mapOf(
+                "localization" to state.localization,
+                "confidence" to state.confidence,
+                "errors" to state.errors.joinToString(" "),
+                "name" to state.name,
+                "uuid" to state.uuid,
+                "map_type" to state.type,
             ),
         )
     }
+
+    private fun Condition.toMessage() = DiagnosticStatus(
+        if (isGood) DiagnosticStatus.OK else DiagnosticStatus.WARN,
+        Conditions.MAP,
+        message,
+        hardwareId = "",
+        values.map { (key, value) -> KeyValue(key, value) },
+    )
 
     /** Returns why a sample has no origin. */
     private fun reason(state: MapState): String {
@@ -103,6 +114,5 @@ internal class MapPipeline(
 
     private companion object {
         const val REPEATED_AFTER_NANOS = 1_000_000_000L
-        val DiagnosticStatus.isLocalized: Boolean get() = level == DiagnosticStatus.OK
     }
 }

@@ -33,6 +33,7 @@ internal class StreamPipelines(
     private val tree: TransformTree,
     private val adaptation: ImageAdaptation,
     private val videoEncoders: VideoEncoders?,
+    private val conditions: Conditions,
     private val report: (Event) -> Unit,
 ) {
     /** Publishes [samples] of the stream [spec] until they end or fail. */
@@ -46,7 +47,7 @@ internal class StreamPipelines(
         when {
             spec == StreamTable.tf -> {
                 tree.beginTrack()
-                samples.collect(tree::head)
+                conditions.watch(Conditions.TRACKING, samples).collect(tree::head)
             }
 
             spec.isCamera -> codec(spec, values)?.let { ImageEncoder(spec, it) }.use { encoder ->
@@ -69,8 +70,14 @@ internal class StreamPipelines(
                 stamps,
                 tree,
                 frameIds,
+                conditions,
                 report,
             ).run(samples)
+
+            spec == StreamTable.gaze -> {
+                val seen = conditions.watch(Conditions.GAZE, samples)
+                MeasurementPipeline(spec, values, channels.single(), stamps, frameIds).run(seen)
+            }
 
             else -> MeasurementPipeline(spec, values, channels.single(), stamps, frameIds).run(samples)
         }

@@ -45,6 +45,7 @@ internal class HeadWatch(
     private val headset: Headset,
     private val scope: CoroutineScope,
     private val events: TrackingEvents,
+    private val conditions: Conditions,
 ) {
     private var job: Job? = null
 
@@ -66,7 +67,8 @@ internal class HeadWatch(
     private suspend fun watch() {
         val head = StreamTable.headPose
         val values = headset.negotiate(head, head.defaultValues()).acceptedValues ?: return
-        StreamSupervisor.of(head, headset) {}.run({ headset.samples(head, values) }) { samples ->
+        StreamSupervisor.of(head, headset) {
+        }.run({ conditions.watch(Conditions.TRACKING, headset.samples(head, values)) }) { samples ->
             samples.collect { if (it is PoseSample) events.add(it) }
         }
     }

@@ -130,7 +130,21 @@ public class Status internal constructor(
     internal val streams: Map<String, Stream> = emptyMap(),
     internal val openings: Map<String, OpeningCounts> = emptyMap(),
     internal val calls: Map<String, CallCounts> = emptyMap(),
+    internal val conditions: Map<String, Condition> = emptyMap(),
 ) {
+    /** Says how well the headset perceives something: [level] `ok` or `warn`, and why. */
+    @Serializable
+    internal class Condition private constructor(
+        val level: String,
+        val message: String,
+        val values: Map<String, String>,
+    ) {
+        companion object {
+            fun of(isGood: Boolean, message: String, values: Map<String, String>): Condition =
+                Condition(if (isGood) "ok" else "warn", message.take(STREAM_REASON_LIMIT), values)
+        }
+    }
+
     /** The state of one requested stream. */
     @Serializable
     internal class Stream private constructor(
@@ -210,6 +224,8 @@ internal class Event(val event: String, val text: String, @SerialName("age_s") v
         const val TRACKING_NEW_SESSION = "tracking_new_session"
         const val MAP_LOCALIZED = "map_localized"
         const val MAP_LOST = "map_lost"
+        const val GAZE_RELIABLE = "gaze_reliable"
+        const val GAZE_UNRELIABLE = "gaze_unreliable"
         const val MOUNTING_STABLE = "mounting_stable"
         const val ADAPTED = "adapted"
         const val SUSPENDED = "suspended"

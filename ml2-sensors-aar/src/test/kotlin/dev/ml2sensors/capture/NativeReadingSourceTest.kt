@@ -3,6 +3,7 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.message.Pose
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.rotate
+import dev.ml2sensors.source.Condition
 import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
@@ -26,6 +27,7 @@ import kotlin.math.hypot
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertNotNull
+import kotlin.test.assertNull
 import kotlin.test.assertTrue
 
 class NativeReadingSourceTest {
@@ -78,6 +80,31 @@ class NativeReadingSourceTest {
         assertTrue(lost >= 5, "$isTracked")
         assertEquals(isTracked.lastIndex, isTracked.lastIndexOf(true), "$isTracked")
         assertTrue(isTracked.subList(lost, isTracked.lastIndex).none { it }, "$isTracked")
+    }
+
+    @Test
+    fun theHeadSaysHowWellItIsTracked() = runBlocking<Unit> {
+        Simulation.configure("fault.head.errors", 4)
+        fun words(isGood: Boolean, message: String, status: String, confidence: String, errors: String) = Condition(
+            isGood,
+            message,
+            mapOf("status" to status, "confidence" to confidence, "errors" to errors),
+        )
+        val dark = words(false, "the head is tracked: low_light", "valid", "1.00", "low_light")
+        assertEquals(dark, poses().first().condition)
+        Simulation.configure("fault.head.errors", 0)
+        val fine = words(true, "the head is tracked", "valid", "1.00", "")
+        poses().first { it.condition == fine }
+        Simulation.configure("fault.head.tracking", 1)
+        val lost = words(
+            false,
+            "the head is not tracked: relocalizing, not_enough_features",
+            "relocalizing",
+            "0.00",
+            "not_enough_features",
+        )
+        fixture.samples(StreamTable.headPose).first { it is PoseSample && it.condition == lost }
+        assertNull((fixture.samples(StreamTable.gaze).first { it is PoseSample } as PoseSample).condition)
     }
 
     @Test

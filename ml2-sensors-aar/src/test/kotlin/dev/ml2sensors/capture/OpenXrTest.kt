@@ -1,6 +1,7 @@
 package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Condition
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.LostSamples
@@ -128,6 +129,18 @@ class OpenXrTest {
                 sample.origin != null && sample.state == SECOND_ROOM
             }
             assertNotEquals(SECOND_ROOM, before, "localized before it was asked for")
+        }
+    }
+
+    @Test
+    fun theGazeSaysThatTheHeadsetFitsAndTheEyesAreCalibrated() = runBlocking<Unit> {
+        NativeReadingSource(ReadingSensor.GAZE, NativeBackend.OPENXR).use { source ->
+            val expected = Condition(
+                true,
+                "headset fit is good, eye calibration is fine",
+                mapOf("headset_fit" to "good", "eye_calibration" to "fine"),
+            )
+            source.first(StreamTable.gaze, StreamValues()) { (it as PoseSample).condition == expected }
         }
     }
 

@@ -44,6 +44,8 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) :
     override val thermal = "light"
     override val timestampBases = mapOf("color" to "monotonic")
     override val streamStates get() = states
+    override val conditions =
+        mapOf("tracking" to Status.Condition.of(false, "not tracked", mapOf("status" to "invalid")))
     override val stateChanges = Channel<Unit>(Channel.CONFLATED)
 
     @Volatile

@@ -154,11 +154,16 @@ class SessionTest {
     }
 
     @Test
-    fun theStatusSaysHowHotTheDeviceIs() {
+    fun theStatusSaysHowHotTheDeviceIsAndHowWellItPerceives() {
         fixture.run()
         val session = host.awaitHello()
         session.welcome()
-        assertEquals("light", session.await(HostFrame.STATUS).json.getValue("thermal").jsonPrimitive.content)
+        val status = session.await(HostFrame.STATUS).json
+        assertEquals("light", status.getValue("thermal").jsonPrimitive.content)
+        assertEquals(
+            """{"tracking":{"level":"warn","message":"not tracked","values":{"status":"invalid"}}}""",
+            status.getValue("conditions").toString(),
+        )
     }
 
     @Test
