@@ -50,7 +50,7 @@ BASELINE_M = 0.15
 MOUNT = Mount(
     (0.02, 0.07, 0.01),
     (0.5, -0.5, 0.1, -0.7),
-    0.0,
+    0.015625,
     (),
     (),
     (),
@@ -189,7 +189,8 @@ def test_a_calibrated_imu_is_in_all_files(tmp_path: Path, monkeypatch: pytest.Mo
         rows_of = chain.getNode(name).getNode("T_imu_cam")
         found = [numbers(rows_of.at(row)) for row in range(4)]
         assert np.array(found) == pytest.approx(np.linalg.inv(in_camera), abs=1e-6)
-        assert chain.getNode(name).getNode("timeshift_cam_imu").real() == 0
+        found_s = chain.getNode(name).getNode("timeshift_cam_imu").real()
+        assert found_s == kalibr[name]["timeshift_cam_imu"] == MOUNT.time_offset_s
     assert numbers(chain.getNode("cam0").getNode("cam_overlaps")) == [1]
 
     orb_slam3 = opencv(tmp_path / "out/orb_slam3.yaml")
@@ -204,6 +205,7 @@ def test_a_calibrated_imu_is_in_all_files(tmp_path: Path, monkeypatch: pytest.Mo
     assert vins.getNode("body_T_cam0").mat() == pytest.approx(of_first, abs=1e-6)
     assert vins.getNode("body_T_cam1").mat() == pytest.approx(of_second, abs=1e-6)
     assert vins.getNode("acc_n").real() == pytest.approx(0.002 * np.sqrt(200), rel=1e-2)
+    assert vins.getNode("td").real() == MOUNT.time_offset_s
     camera = opencv(tmp_path / "out" / vins.getNode("cam1_calib").string())
     assert camera.getNode("model_type").string() == "KANNALA_BRANDT"
     lens = camera.getNode("projection_parameters")
@@ -215,6 +217,7 @@ def test_a_calibrated_imu_is_in_all_files(tmp_path: Path, monkeypatch: pytest.Mo
         turn = Rotation.from_quat([pose[it] for it in ("qx", "qy", "qz", "qw")])
         assert turn.as_matrix() == pytest.approx(expected[:3, :3], abs=1e-6)
         assert [pose[it] for it in ("px", "py", "pz")] == pytest.approx(expected[:3, 3], abs=1e-6)
+    assert basalt["cam_time_offset_ns"] == MOUNT.time_offset_s * 1e9
     assert basalt["intrinsics"][1]["camera_type"] == "kb4"
     assert basalt["resolution"] == [[8, 6], [8, 6]]
 

@@ -12,9 +12,9 @@ from ml2_receiver.table.reader import load_table
 from ..bags.bag_reader import BagReader
 from ..errors import ExportError
 from ..export import basalt, open_vins, orb_slam3, vins_fusion
-from ..export.kalibr import CAMERAS, ImuNoise, MountedImu, camchain, imu
+from ..export.kalibr import CAMERAS, ImuNoise, MountedImu, Mounting, camchain, imu
 from ..export.rig import Rig
-from ..geometry.pose import Pose, pose_from
+from ..geometry.pose import pose_from
 from .live import PATIENCE_S
 from .optional_packages import optional_packages
 from .reading import add_headset, check_headset, progress, say_apart, say_left_out
@@ -142,18 +142,20 @@ def _rig(options: argparse.Namespace, reader: BagReader | None) -> Rig:
     return read_live_rig(options.prefix, options.cameras, options.imu, mounting_of, PATIENCE_S)
 
 
-def _mounting(imu: str | None, device_id: str) -> Pose | None:
-    """Returns the calibrated pose of the IMU in the head, if there is one of the headset."""
+def _mounting(imu: str | None, device_id: str) -> Mounting | None:
+    """Returns the calibrated mounting of the IMU in the head, if there is one of the headset."""
     mount = load_mounts().get(device_id, {}).get(imu or "")
-    return None if mount is None else pose_from(mount.translation_m, mount.rotation)
+    if mount is None:
+        return None
+    return Mounting(pose_from(mount.translation_m, mount.rotation), mount.time_offset_s)
 
 
 def _export_kalibr(folder: Path, rig: Rig, topic: str | None, noise: ImuNoise | None) -> None:
-    texts = {"camchain.yaml": camchain(rig.cameras, rig.imu_pose)}
+    texts = {"camchain.yaml": camchain(rig.cameras, rig.mounting)}
     if noise is not None and topic is not None and rig.imu_rate_hz is not None:
         texts["imu.yaml"] = imu(topic, rig.imu_rate_hz, noise)
     _write(folder, texts)
-    if rig.imu_pose is None:
+    if rig.mounting is None:
         print("T_cam_imu is not in camchain.yaml: the headset does not publish its IMUs' poses.")
         print("`calibrate imu` finds them from a recording, and --imu then writes them.")
 
@@ -174,9 +176,9 @@ def _export_euroc(
     if noise is not None and topic is not None and rig.imu_rate_hz is not None:
         texts["estimator_config.yaml"] = open_vins.estimator_config(len(pair))
         texts[open_vins.IMU_CHAIN] = open_vins.imu_chain(topic, rig.imu_rate_hz, noise)
-        if rig.imu_pose is not None:
-            known = MountedImu(topic, rig.imu_rate_hz, noise, rig.imu_pose)
-            texts[open_vins.CAMERA_CHAIN] = open_vins.camera_chain(pair, known.pose)
+        if rig.mounting is not None:
+            known = MountedImu(topic, rig.imu_rate_hz, noise, rig.mounting)
+            texts[open_vins.CAMERA_CHAIN] = open_vins.camera_chain(pair, known.mounting)
             texts |= vins_fusion.files(pair, known)
             if all(it.calibration.model == "equidistant" for it in pair):
                 texts["basalt.json"] = basalt.calibration(pair, known)

@@ -27,7 +27,7 @@ def calibration(cameras: Sequence[RigCamera], imu: MountedImu) -> str:
     """
     noise = imu.noise
     value = {
-        "T_imu_cam": [_pose(np.linalg.inv(imu.pose) @ it.pose) for it in cameras],
+        "T_imu_cam": [_pose(np.linalg.inv(imu.mounting.pose) @ it.pose) for it in cameras],
         "intrinsics": [_intrinsics(it) for it in cameras],
         "resolution": [[it.calibration.width, it.calibration.height] for it in cameras],
         "calib_accel_bias": _ACCELEROMETER,
@@ -37,7 +37,7 @@ def calibration(cameras: Sequence[RigCamera], imu: MountedImu) -> str:
         "gyro_noise_std": [noise.gyroscope_noise_density] * 3,
         "accel_bias_std": [noise.accelerometer_random_walk] * 3,
         "gyro_bias_std": [noise.gyroscope_random_walk] * 3,
-        "cam_time_offset_ns": 0,
+        "cam_time_offset_ns": round(imu.mounting.time_offset_s * 1e9),
         "vignette": [],
     }
     return json_text({"value0": value}, indent=4) + "\n"

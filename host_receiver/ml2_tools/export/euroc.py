@@ -160,10 +160,10 @@ class _ImuFolder(_Folder):
     def close(self, noise: ImuNoise | None, rig: Rig) -> None:
         """Writes the files; noise has EuRoC's names in sensor.yaml."""
         sensor: dict[str, Any] = {"sensor_type": "imu", "rate_hz": self.rate_hz()}
-        if rig.imu_pose is None:
+        if rig.mounting is None:
             sensor["comment"] = "T_BS is not known"
         else:
-            sensor["T_BS"] = _matrix(np.linalg.inv(rig.cameras[0].pose) @ rig.imu_pose)
+            sensor["T_BS"] = _matrix(np.linalg.inv(rig.cameras[0].pose) @ rig.mounting.pose)
         if noise is not None:
             sensor |= {
                 "gyroscope_noise_density": noise.gyroscope_noise_density,

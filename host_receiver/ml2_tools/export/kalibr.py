@@ -51,20 +51,33 @@ class ImuNoise:
 
 
 @dataclass(frozen=True)
+class Mounting:
+    """Where a calibrated IMU is, and in which time.
+
+    Attributes:
+        pose: to the head, or to the frame that the cameras share.
+        time_offset_s: what to add to the stamps of images for those of the IMU.
+    """
+
+    pose: Pose
+    time_offset_s: float
+
+
+@dataclass(frozen=True)
 class MountedImu:
-    """An IMU whose pose is known, in the frame that the cameras share."""
+    """An IMU whose place among the cameras is known."""
 
     topic: str
     rate_hz: float
     noise: ImuNoise
-    pose: Pose
+    mounting: Mounting
 
 
-def camchain(cameras: Sequence[RigCamera], imu_pose: Pose | None = None) -> str:
+def camchain(cameras: Sequence[RigCamera], mounting: Mounting | None = None) -> str:
     """Returns the text of camchain.yaml; T_cn_cnm1 transforms points from the previous camera.
 
     Args:
-        imu_pose: in the frame that the cameras share; without it, T_cam_imu is absent.
+        mounting: of the IMU; without it, T_cam_imu and timeshift_cam_imu are absent.
 
     Raises:
         ExportError: Kalibr has no model for a lens.
@@ -88,8 +101,9 @@ def camchain(cameras: Sequence[RigCamera], imu_pose: Pose | None = None) -> str:
         if number:
             between = np.linalg.inv(camera.pose) @ cameras[number - 1].pose
             row["T_cn_cnm1"] = between.tolist()
-        if imu_pose is not None:
-            row["T_cam_imu"] = (np.linalg.inv(camera.pose) @ imu_pose).tolist()
+        if mounting is not None:
+            row["T_cam_imu"] = (np.linalg.inv(camera.pose) @ mounting.pose).tolist()
+            row["timeshift_cam_imu"] = mounting.time_offset_s
     return "".join(comments) + _yaml(chain)
 
 

@@ -6,6 +6,7 @@ import json
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -24,7 +25,7 @@ from ..errors import ExportError
 from ..geometry.pose import Pose
 from ..geometry.transform_tree import STATIC_DEPTH, Tree
 from ..images.image_topic import image_topic
-from .kalibr import CAMERAS, RigCamera
+from .kalibr import CAMERAS, Mounting, RigCamera
 from .rig import Rig, calibration_of, head_in, rate_hz
 
 _IMU_MESSAGES = 100
@@ -38,7 +39,7 @@ def read_live_rig(
     prefix: str,
     cameras: Sequence[str],
     imu: str | None,
-    mounting_of: Callable[[str], Pose | None],
+    mounting_of: Callable[[str], Mounting | None],
     timeout_s: float,
 ) -> Rig:
     """Waits up to `timeout_s` for the messages of the cameras and the IMU.
@@ -46,7 +47,7 @@ def read_live_rig(
     Args:
         cameras: stream ids; if empty, the cameras of CAMERAS that run.
         imu: the stream id of the IMU whose rate is measured, or None.
-        mounting_of: returns the IMU's pose in the head for the id of a device, if it is known.
+        mounting_of: returns the IMU's mounting in the head for the id of a device, if it is known.
 
     Raises:
         ExportError: messages do not arrive in time; the error names them.
@@ -145,15 +146,14 @@ class _Observer:
         whole = {at: it for at, it in self._instants.items() if len(it) == self._count}
         return head_in(whole, self._heads, camera)
 
-    def rig(self, cameras: Sequence[str], mounting: Pose | None) -> Rig:
+    def rig(self, cameras: Sequence[str], mounting: Mounting | None) -> Rig:
         """Returns what has come; with a `mounting`, is_head_known() for the first camera."""
         exists = partial(count_publishers, self.node)
         topics = {camera: image_topic(camera, self._prefix, exists) for camera in cameras}
-        imu_pose = None
         if mounting is not None:
             head = self._head_in(cameras[0])
             assert head is not None
-            imu_pose = self.poses[cameras[0]] @ head @ mounting
+            mounting = replace(mounting, pose=self.poses[cameras[0]] @ head @ mounting.pose)
         return Rig(
             tuple(
                 RigCamera(
@@ -165,7 +165,7 @@ class _Observer:
                 for camera in cameras
             ),
             rate_hz(self.imu_ns),
-            imu_pose,
+            mounting,
         )
 
     def _take_config(self, message: String) -> None:

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.pose import Pose
 from .asl_yaml import asl_yaml
-from .kalibr import GRAVITY, ImuNoise, RigCamera, distortion
+from .kalibr import GRAVITY, ImuNoise, Mounting, RigCamera, distortion
 
 IMU_CHAIN, CAMERA_CHAIN = "kalibr_imu_chain.yaml", "kalibr_imucam_chain.yaml"
 _IDENTITY_3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -109,10 +108,10 @@ def estimator_config(cameras: int) -> str:
     return asl_yaml(document | _FRONT_END | chains)
 
 
-def camera_chain(cameras: Sequence[RigCamera], imu_pose: Pose) -> str:
+def camera_chain(cameras: Sequence[RigCamera], mounting: Mounting) -> str:
     """Returns the text of kalibr_imucam_chain.yaml.
 
-    Images and IMU have stamps of one clock, so the time offset is 0; OpenVINS refines it.
+    OpenVINS refines the time offset.
 
     Raises:
         ExportError: OpenVINS has no model for a lens.
@@ -122,7 +121,7 @@ def camera_chain(cameras: Sequence[RigCamera], imu_pose: Pose) -> str:
         k = camera.calibration.k
         model, coefficients, _ = distortion(camera.calibration)
         chain[f"cam{number}"] = {
-            "T_imu_cam": (np.linalg.inv(imu_pose) @ camera.pose).tolist(),
+            "T_imu_cam": (np.linalg.inv(mounting.pose) @ camera.pose).tolist(),
             "cam_overlaps": [other for other in range(len(cameras)) if other != number],
             "camera_model": "pinhole",
             "distortion_coeffs": coefficients,
@@ -130,7 +129,7 @@ def camera_chain(cameras: Sequence[RigCamera], imu_pose: Pose) -> str:
             "intrinsics": [k[0], k[4], k[2], k[5]],
             "resolution": [camera.calibration.width, camera.calibration.height],
             "rostopic": camera.topic,
-            "timeshift_cam_imu": 0.0,
+            "timeshift_cam_imu": mounting.time_offset_s,
         }
     return asl_yaml(chain)
 

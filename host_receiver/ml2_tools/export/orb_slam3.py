@@ -63,7 +63,7 @@ def settings(cameras: Sequence[RigCamera], rate_hz: int, imu: MountedImu | None)
             document[f"Camera{number}.overlappingEnd"] = camera.calibration.width - 1
     if imu is not None:
         document |= {
-            "IMU.T_b_c1": OpenCvMatrix(np.linalg.inv(imu.pose) @ cameras[0].pose),
+            "IMU.T_b_c1": OpenCvMatrix(np.linalg.inv(imu.mounting.pose) @ cameras[0].pose),
             "IMU.NoiseGyro": imu.noise.gyroscope_noise_density,
             "IMU.NoiseAcc": imu.noise.accelerometer_noise_density,
             "IMU.GyroWalk": imu.noise.gyroscope_random_walk,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..errors import ExportError
 from ..geometry.pose import Pose
 from ..geometry.transform_tree import Tree
 from ..images.image_topic import image_topic
-from .kalibr import CAMERAS, RigCamera
+from .kalibr import CAMERAS, Mounting, RigCamera
 from .rig import Rig, calibration_of, head_in, rate_hz
 
 _IMU, _INFO = "sensor_msgs/msg/Imu", "sensor_msgs/msg/CameraInfo"
@@ -39,14 +39,14 @@ def recorded_cameras(reader: BagReader) -> tuple[str, ...]:
 
 
 def read_rig(
-    reader: BagReader, cameras: Sequence[str], imu: str | None, mounting: Pose | None
+    reader: BagReader, cameras: Sequence[str], imu: str | None, mounting: Mounting | None
 ) -> Rig:
     """Reads all of the recording.
 
     Args:
         cameras: stream ids; if empty, all recorded cameras of CAMERAS.
         imu: the stream id of the IMU whose rate is measured, or None.
-        mounting: the IMU's pose in the head, or None if it is not known.
+        mounting: the IMU's in the head, or None if it is not known.
 
     Raises:
         ExportError: messages are missing; the error names them.
@@ -60,13 +60,13 @@ def read_rig(
         raise ExportError(f"no camera_info of {', '.join(missing)} is in the recording")
     if imu is not None and len(found.imu_ns) < 2:
         raise ExportError(f"no {reader.prefix}/{imu}/imu is in the recording")
-    poses, imu_pose = _poses(found, cameras, mounting)
+    poses, among_cameras = _poses(found, cameras, mounting)
     topics = {it: image_topic(it, reader.prefix, reader.types.get) for it in cameras}
     rig_cameras = (
         RigCamera(topics[it].full_name(reader.prefix), calibration_of(found.infos[it]), poses[it])
         for it in cameras
     )
-    return Rig(tuple(rig_cameras), rate_hz(found.imu_ns), imu_pose)
+    return Rig(tuple(rig_cameras), rate_hz(found.imu_ns), among_cameras)
 
 
 def _read(reader: BagReader, cameras: Sequence[str], imu: str | None) -> _Found:
@@ -100,9 +100,9 @@ def _decoded(message: BagMessage, type: str) -> Any:
 
 
 def _poses(
-    found: _Found, cameras: Sequence[str], mounting: Pose | None
-) -> tuple[dict[str, Pose], Pose | None]:
-    """Returns the cameras' poses at the last stamp at which all are known, and the IMU's.
+    found: _Found, cameras: Sequence[str], mounting: Mounting | None
+) -> tuple[dict[str, Pose], Mounting | None]:
+    """Returns the cameras' poses at the last stamp at which all are known, and the IMU's mounting.
 
     A single camera needs no transform, unless an IMU is mounted beside it.
     """
@@ -131,4 +131,4 @@ def _poses(
     head = head_in(whole, heads, first)
     if head is None:
         raise ExportError(f"no head poses on /tf around the images of {first}")
-    return last, last[first] @ head @ mounting
+    return last, replace(mounting, pose=last[first] @ head @ mounting.pose)

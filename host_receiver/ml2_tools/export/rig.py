@@ -11,7 +11,7 @@ import numpy as np
 from ml2_receiver.configuration.calibration import Calibration
 
 from ..geometry.pose import Pose, weighted_mean
-from .kalibr import RigCamera
+from .kalibr import Mounting, RigCamera
 
 # Between poses of the head that are further apart it is not known.
 _LONGEST_GAP_NS = 50_000_000
@@ -21,12 +21,12 @@ _LONGEST_GAP_NS = 50_000_000
 class Rig:
     """The cameras in the requested order, with poses at one stamp, and the IMU's rate.
 
-    `imu_pose` is in the frame that the cameras share, as calibrated; None if it is not known.
+    `mounting` is that of the IMU among the cameras, as calibrated; None if it is not known.
     """
 
     cameras: tuple[RigCamera, ...]
     imu_rate_hz: float | None
-    imu_pose: Pose | None = None
+    mounting: Mounting | None = None
 
 
 def calibration_of(info: Any) -> Calibration:

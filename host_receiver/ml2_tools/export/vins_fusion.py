@@ -30,7 +30,6 @@ _TRACKER: dict[str, Any] = {
     "max_num_iterations": 8,
     "keyframe_parallax": 10.0,
     "estimate_td": 1,
-    "td": 0.0,
     "load_previous_pose_graph": 0,
     "pose_graph_save_path": "vins_output/pose_graph/",
     "save_image": 0,
@@ -59,6 +58,7 @@ def files(cameras: Sequence[RigCamera], imu: MountedImu) -> dict[str, str]:
         "acc_w": noise.accelerometer_random_walk * rate,
         "gyr_w": noise.gyroscope_random_walk * rate,
         "g_norm": GRAVITY,
+        "td": imu.mounting.time_offset_s,
     }
     texts = {}
     for number, camera in enumerate(cameras):
@@ -66,7 +66,7 @@ def files(cameras: Sequence[RigCamera], imu: MountedImu) -> dict[str, str]:
         document |= {
             f"image{number}_topic": camera.topic,
             f"cam{number}_calib": name,
-            f"body_T_cam{number}": OpenCvMatrix(np.linalg.inv(imu.pose) @ camera.pose),
+            f"body_T_cam{number}": OpenCvMatrix(np.linalg.inv(imu.mounting.pose) @ camera.pose),
         }
         texts[name] = _camera(camera.calibration)
     return {_SETTINGS: asl_yaml(document | _TRACKER), **texts}
