@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
-from rich.table import Column, Table
+from rich.table import Table
 
 from ml2_receiver.commands.options import Subparsers
 from ml2_receiver.configuration.mounts import Mount, load_mounts, mounts_file, save_mounts
@@ -92,7 +92,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _print(found: Mapping[str, "Estimate"]) -> None:
-    table = Table(*(Column(it, no_wrap=True) for it in ("", *found)), box=None)
+    table = Table("", *found, box=None)
     columns = found.values()
     table.add_row(
         "x, y, z",
