@@ -52,7 +52,7 @@ class ImuNoise:
 
 @dataclass(frozen=True)
 class Mounting:
-    """Where a calibrated IMU is, and in which time.
+    """The pose of a calibrated IMU, and its time.
 
     Attributes:
         pose: to the head, or to the frame that the cameras share.
