@@ -150,10 +150,28 @@ def _sound() -> Sessions:
     return [everything, video, low, other]
 
 
+def dumped(name: str, beyond: int = 0) -> list[str]:
+    """The lines of the device's log with a struct of 40 bytes and the 64 behind it."""
+    bytes_of = bytes(40) + bytes(beyond) + b"\xa5" * (64 - beyond)
+    return [
+        f"11-28 10:00:00.000 I/ml2s (99): dump {name} {it} of 40: {bytes_of[it : it + 32].hex()}"
+        for it in range(0, len(bytes_of), 32)
+    ]
+
+
+STRUCTS = {
+    "MLEyeTrackingStateEx": "gaze",
+    "MLHandTrackingData": "hands",
+    "MLControllerSystemStateEx": "controller",
+    "MLInputControllerStateEx": "controller",
+}
+DUMPS = [line for it in STRUCTS for line in dumped(it)]
+
+
 def evidence_of(sessions: Sessions) -> Evidence:
     denied = StreamEvidence({"backend": "openxr"}, ["no permission for /pixelsensor/x"], True)
     all_sessions = [*sessions, {"eye_nasal_left": denied}]
-    return Evidence(all_sessions, log=[], is_encrypted=True, is_behind_adb=True)
+    return Evidence(all_sessions, log=DUMPS, is_encrypted=True, is_behind_adb=True)
 
 
 def fails(session: int, id: str, reason: str) -> Callable[[Sessions], None]:
@@ -377,6 +395,22 @@ def test_a_line_of_the_devices_log_refutes_the_instant_of_poses() -> None:
     line = "W ml2s: MLPerceptionGetPredictedSnapshot: InvalidTimestamp (15)"
     verdicts = judge(Evidence(sound(), log=[line], is_encrypted=True))
     assert [it.fact for it in verdicts if it.verdict == "differs"] == ["refused_pose_instant"]
+
+
+@pytest.mark.parametrize("name", STRUCTS)
+def test_bytes_behind_a_struct_are_counted_and_name_it(name: str) -> None:
+    log = [line for it in STRUCTS for line in dumped(it, beyond=30 if it == name else 0)]
+    (found,) = [it for it in judge(Evidence(sound(), log=log)) if it.verdict == "differs"]
+    assert (found.fact, found.measured) == ("vendor_structs", f"30 bytes behind {name}")
+    key, _, value = found.switch.partition("=")
+    assert (key, value) == (f"{STRUCTS[name]}.backend", "openxr")
+    assert key in FACTS["vendor_structs"]["keys"]
+
+
+def test_a_struct_that_was_not_dumped_leaves_the_sizes_unknown() -> None:
+    log = [line for it in [*STRUCTS][1:] for line in dumped(it)]
+    found = {it.fact: it for it in judge(Evidence(sound(), log=log))}
+    assert found["vendor_structs"].measured == "the log has no dump of MLEyeTrackingStateEx"
 
 
 def test_verdicts_are_objects_with_five_keys() -> None:

@@ -1,6 +1,8 @@
 // MLEyeTracking*: the poses of the eyes.
 #include "ml_eye_tracking.h"
 
+#include <cstring>
+
 #include "clock.h"
 #include "eyes_and_hands.h"
 #include "tracker_registry.h"
@@ -56,5 +58,6 @@ MLResult MLEyeTrackingGetStateEx(MLHandle tracker, MLEyeTrackingStateEx *inout_s
     const bool isSeen = !isOn(Key::FaultGazeClosed);
     const float confidence = isSeen ? 1 : 0;
     *inout_state = {2, confidence, confidence, confidence, !isSeen, !isSeen, 0, mlTimeNow(), confidence, confidence};
+    std::memset(inout_state + 1, 0, static_cast<size_t>(number(Key::AssumeVendorStructs)));
     return MLResult_Ok;
 }

@@ -53,6 +53,7 @@ std::vector<Row> plainRows() {
         {"assume.hand_key_points", Kind::Whole, 0, 0, 27, "by how many places the key points of a hand are shifted"},
         {"assume.magnetometer_calibrated", Kind::Real, 1, 0, 100, "times the magnetic field of the Earth"},
         {"assume.openxr_local_space", Kind::Real, 0, -100, 100, "metres by which OpenXR's LOCAL is above the world"},
+        {"assume.vendor_structs", Kind::Whole, 0, 0, 64, "bytes that the eye tracker writes behind its state"},
         {"fault.color.permission", Kind::Whole, 0, 0, 1, "1: MLCVCameraTrackingCreate gives PermissionDenied"},
         {"fault.color.pose", Kind::Whole, 0, 0, 2,
          "MLCVCameraGetFramePose gives 1: PoseNotFound, 2: UnspecifiedFailure"},

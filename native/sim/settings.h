@@ -41,6 +41,7 @@ enum class Key {
     AssumeKeyPoints,
     AssumeMagneticField,
     AssumeLocalSpace,
+    AssumeVendorStructs,
     FaultColorPermission,
     FaultColorPose,
     FaultGazePermission,

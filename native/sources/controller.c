@@ -1,4 +1,5 @@
 // The hand-held controller: its pose at the instant of its stamp, and its buttons, trigger and touchpad.
+#include "../sdk/dump.h"
 #include "../sdk/error.h"
 #include "conversions.h"
 #include "head_tracker.h"
@@ -27,14 +28,19 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    MLControllerSystemStateEx state;
-    MLControllerSystemStateExInit(&state);
+    static atomic_flag is_shown = ATOMIC_FLAG_INIT;
+    WITH_ROOM(MLControllerSystemStateEx) state;
+    dump_begin(state.room);
+    MLControllerSystemStateExInit(&state.of);
     ml2s_reading pose;
-    ml2s_result result;
+    ml2s_result result = SDK_CALL(error, controller, MLControllerGetStateEx, tracker, &state.of);
+    if (result) {
+        return result;
+    }
+    dump_once(&is_shown, "MLControllerSystemStateEx", &state, sizeof state.of);
     // With rotation only, the position is where the controller was last seen, which a pose cannot say.
-    const MLControllerStateEx *controller = &state.controller_state[0];
-    if ((result = SDK_CALL(error, controller, MLControllerGetStateEx, tracker, &state)) ||
-        (result = pose_begin(&pose, ML2S_STREAM_CONTROLLER, error)) ||
+    const MLControllerStateEx *controller = &state.of.controller_state[0];
+    if ((result = pose_begin(&pose, ML2S_STREAM_CONTROLLER, error)) ||
         (controller->status == MLControllerStatus_Active &&
          (result = pose_locate(&controller->coord_frame_controller, &pose, error)))) {
         return result;
@@ -84,13 +90,18 @@ static ml2s_result copy_input(const MLInputControllerStateEx *from, ml2s_reading
 
 static ml2s_result poll_input(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    MLInputControllerStateEx states[MLInput_MaxControllers];
-    MLInputControllerStateExInit(states);
+    static atomic_flag is_shown = ATOMIC_FLAG_INIT;
+    WITH_ROOM(MLInputControllerStateEx[MLInput_MaxControllers]) states;
+    dump_begin(states.room);
+    MLInputControllerStateExInit(states.of);
     ml2s_reading input;
-    ml2s_result result;
-    if ((result = SDK_CALL(error, input, MLInputGetControllerStateEx, input_tracker, states)) ||
-        (result = pose_begin(&input, ML2S_STREAM_CONTROLLER_JOY, error)) ||
-        (states[0].is_connected && (result = copy_input(&states[0], &input, error)))) {
+    ml2s_result result = SDK_CALL(error, input, MLInputGetControllerStateEx, input_tracker, states.of);
+    if (result) {
+        return result;
+    }
+    dump_once(&is_shown, "MLInputControllerStateEx", &states, sizeof states.of);
+    if ((result = pose_begin(&input, ML2S_STREAM_CONTROLLER_JOY, error)) ||
+        (states.of[0].is_connected && (result = copy_input(&states.of[0], &input, error)))) {
         return result;
     }
     readings_add(readings, &input);

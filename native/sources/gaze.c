@@ -1,4 +1,5 @@
 // The gaze of both eyes: a pose between the eyes that looks along -z.
+#include "../sdk/dump.h"
 #include "../sdk/snapshot.h"
 #include "conversions.h"
 #include "head_tracker.h"
@@ -71,13 +72,18 @@ static bool are_seen(const MLEyeTrackingStateEx *state) {
 
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    MLEyeTrackingStateEx state;
-    MLEyeTrackingStateInit(&state);
+    static atomic_flag is_shown = ATOMIC_FLAG_INIT;
+    WITH_ROOM(MLEyeTrackingStateEx) state;
+    dump_begin(state.room);
+    MLEyeTrackingStateInit(&state.of);
     ml2s_reading pose;
-    ml2s_result result;
-    if ((result = SDK_CALL(error, eye_tracking, MLEyeTrackingGetStateEx, tracker, &state)) ||
-        (result = pose_begin(&pose, ML2S_STREAM_GAZE, error)) ||
-        (are_seen(&state) && (result = locate(&pose, error)))) {
+    ml2s_result result = SDK_CALL(error, eye_tracking, MLEyeTrackingGetStateEx, tracker, &state.of);
+    if (result) {
+        return result;
+    }
+    dump_once(&is_shown, "MLEyeTrackingStateEx", &state, sizeof state.of);
+    if ((result = pose_begin(&pose, ML2S_STREAM_GAZE, error)) ||
+        (are_seen(&state.of) && (result = locate(&pose, error)))) {
         return result;
     }
     readings_add(readings, &pose);

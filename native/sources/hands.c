@@ -1,4 +1,5 @@
 // The joints of both hands, in the order of OpenXR's XrHandJointEXT.
+#include "../sdk/dump.h"
 #include "../sdk/snapshot.h"
 #include "conversions.h"
 #include "head_tracker.h"
@@ -71,18 +72,23 @@ static ml2s_result locate(const MLSnapshot *snapshot, uint32_t hand, const MLHan
 }
 
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    MLHandTrackingData data;
-    MLHandTrackingDataInit(&data);
+    static atomic_flag is_shown = ATOMIC_FLAG_INIT;
+    WITH_ROOM(MLHandTrackingData) data;
+    dump_begin(data.room);
+    MLHandTrackingDataInit(&data.of);
     ml2s_reading now;
     struct snapshot snapshot;
-    ml2s_result result;
-    if ((result = SDK_CALL(error, hand_tracking, MLHandTrackingGetData, tracker, &data)) ||
-        (result = pose_begin(&now, 0, error)) || (result = snapshot_take(now.device_nanos, &snapshot, error))) {
+    ml2s_result result = SDK_CALL(error, hand_tracking, MLHandTrackingGetData, tracker, &data.of);
+    if (result) {
+        return result;
+    }
+    dump_once(&is_shown, "MLHandTrackingData", &data, sizeof data.of);
+    if ((result = pose_begin(&now, 0, error)) || (result = snapshot_take(now.device_nanos, &snapshot, error))) {
         return result;
     }
     for (uint32_t hand = 0; hand < MLHandTrackingHandType_Count && !result; hand++) {
         if (settings->streams & ML2S_STREAM_BIT(streams[hand])) {
-            result = locate(snapshot.of, hand, &data.hand_state[hand], &now, readings, error);
+            result = locate(snapshot.of, hand, &data.of.hand_state[hand], &now, readings, error);
         }
     }
     return snapshot_release(snapshot, result, error);

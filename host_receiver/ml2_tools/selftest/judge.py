@@ -19,6 +19,19 @@ _SDK, _OPENXR = {"backend": "sdk"}, {"backend": "openxr"}
 _UNITS = tuple(f"{kind}_{unit}" for kind in ("accel", "gyro") for unit in motion.UNITS)
 
 
+# A line of native/sdk/dump.h, and what stands behind a struct if nothing is written there.
+_DUMP = re.compile(
+    r"dump (?P<name>\w+) (?P<offset>\d+) of (?P<size>\d+): (?P<hex>(?:[\da-f]{2})+)$"
+)
+_PATTERN = 0xA5
+_STRUCTS = {
+    "MLEyeTrackingStateEx": "gaze.backend=openxr",
+    "MLHandTrackingData": "hands.backend=openxr",
+    "MLControllerSystemStateEx": "controller.backend=openxr",
+    "MLInputControllerStateEx": "controller.backend=openxr",
+}
+
+
 def _need(*ids: str, **values: Scalar) -> tuple[Need, ...]:
     return tuple((id, values) for id in ids)
 
@@ -175,6 +188,22 @@ def _refused_pose_instant(fact: str, evidence: Evidence) -> Verdict:
     return differs(fact, refused, "lines") if refused else as_assumed(fact, 0, "lines")
 
 
+def _vendor_structs(fact: str, evidence: Evidence) -> Verdict:
+    written = dict.fromkeys(_STRUCTS, 0)
+    seen = set()
+    for line in evidence.log or ():
+        if (dump := _DUMP.search(line)) and dump["name"] in _STRUCTS:
+            seen.add(dump["name"])
+            room = bytes.fromhex(dump["hex"])[max(0, int(dump["size"]) - int(dump["offset"])) :]
+            written[dump["name"]] += len(room) - room.count(_PATTERN)
+    most = max(written, key=lambda it: written[it])
+    if written[most]:
+        return differs(fact, f"{written[most]} bytes behind {most}", "", _STRUCTS[most])
+    if missing := [it for it in _STRUCTS if it not in seen]:
+        return unknown(fact, f"the log has no dump of {missing[0]}")
+    return as_assumed(fact, len(seen), "structs")
+
+
 def _openxr_permission(fact: str, evidence: Evidence) -> Verdict:
     for session in evidence.sessions:
         for it in session.values():
@@ -196,6 +225,7 @@ def _adb(fact: str, evidence: Evidence) -> Verdict:
 
 
 _OTHERS: Mapping[str, Measure] = {
+    "vendor_structs": _vendor_structs,
     "refused_pose_instant": _refused_pose_instant,
     "openxr_permission": _openxr_permission,
     "keystore_tls": _keystore_tls,

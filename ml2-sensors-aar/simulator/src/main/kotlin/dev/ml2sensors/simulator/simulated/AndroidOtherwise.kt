@@ -52,6 +52,12 @@ internal enum class AndroidOtherwise(
         { stream, values -> stream == StreamTable.controllerJoy && values.backend == "sdk" },
         { "not available: libinput.magicleap.so ($it)" },
     ),
+    SYMBOLS(
+        "vendor_symbols",
+        "a function that the vendor's library of tracking and cameras does not have",
+        { _, values -> values.backend == "sdk" },
+        { "not available: libperception.magicleap.so/$it" },
+    ),
     ;
 
     val key: SimulationKey = SimulationKey.text("assume.$fact", "$meaning; empty: as assumed")
