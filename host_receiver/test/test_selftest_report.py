@@ -29,7 +29,8 @@ from sound_bag import BEGIN_NS, IMAGES, PREFIX, Message, sound, written
 
 SERIAL, NAME, SESSION = "G5A0CANARY", "Anna's canary", "5e55104ca9a9"
 EYES = f"{PREFIX}/eye_nasal_left/image_raw"
-PIXELS = b"canary of pixels"
+MAP = f"{PREFIX}/map/state"
+PIXELS, PLACE = b"canary of pixels", b"canary's living room"
 LINES = [
     f"I ml2-sensors: connected to 192.168.7.77:7755, {NAME}",
     "I wlan0 02:ca:4a:12:34:56 fe80::ca4a:1:2:3",
@@ -39,7 +40,7 @@ LINES = [
 ]
 CANARIES = (
     *(SERIAL, NAME, SESSION, "192.168.7.77", "10.9.8.7", "02:ca:4a:12:34:56", "fe80::ca4a:1:2:3"),
-    *("of PC 7", "canarykey", "ca" * 32, "4a" * 16, PIXELS.decode()),
+    *("of PC 7", "canarykey", "ca" * 32, "4a" * 16, PIXELS.decode(), PLACE.decode()),
 )
 VERDICTS = [
     as_assumed("mltime", 0.25, "ms"),
@@ -50,13 +51,14 @@ VERDICTS = [
 
 @pytest.fixture
 def recording(tmp_path: Path) -> Path:
-    """One with images of an eye, and the names of its headset."""
+    """One with images of an eye, the names of its headset, and that of a map."""
     text = {"headset": NAME, "session": SESSION, "streams": {}, "device_id": SERIAL}
     payload = ros_messages.string(json.dumps(text))
     config = Message(f"{PREFIX}/config", 0, BEGIN_NS, "std_msgs/msg/String", payload=payload)
     images = [it for it in sound() if it.topic == IMAGES]
     eyes = [replace(it, topic=EYES, payload=it.encoded() + PIXELS) for it in images]
-    return written(tmp_path / "bag", [config, *sound(), *eyes])
+    place = Message(MAP, 0, BEGIN_NS, "diagnostic_msgs/msg/DiagnosticArray", payload=PLACE)
+    return written(tmp_path / "bag", [config, *sound(), *eyes, place])
 
 
 def report(tmp_path: Path, recording: Path) -> Path:
@@ -92,7 +94,7 @@ def test_no_canary_is_in_the_bytes(tmp_path: Path, recording: Path) -> None:
     topics = {topic for topic, _ in messages}
     assert f"{PREFIX}/imu_left/imu" in topics
     assert "/tf" in topics
-    assert topics.isdisjoint({IMAGES, EYES, f"{PREFIX}/config"})
+    assert topics.isdisjoint({IMAGES, EYES, MAP, f"{PREFIX}/config"})
 
 
 def test_a_report_is_shown_again(
