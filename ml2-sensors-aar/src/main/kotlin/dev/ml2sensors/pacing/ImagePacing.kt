@@ -121,7 +121,7 @@ internal class ImagePacing(
     private fun underWayBytes() = unacknowledged.sumOf { it() }
 
     private fun acknowledged(underWayBytes: Int, nowNanos: Long) {
-        rate.acknowledged(writtenBytes - underWayBytes, nowNanos)
+        rate.acknowledged(writtenBytes - underWayBytes, writtenBytes, nowNanos)
         if (knowsUnderWay) roundTrip?.acknowledged(writtenBytes - underWayBytes, nowNanos)
     }
 

@@ -13,7 +13,8 @@ import kotlin.math.pow
  *   is congested.
  * - Then images first go at a quarter of what the link delivered, until its queue is empty.
  * - From a part of what it delivered the rate grows as [CubicGrowth], only while images wait for it. Above the rate at
- *   which the link was congested it grows slowly while images have pauses or the link has a queue.
+ *   which the link was congested it grows slowly while images have pauses or the link has a queue, and not at all while
+ *   the link delivers less than is sent.
  * - A link that does not answer for 200 ms stood still. Afterwards it has the rate that it had before.
  * - The bytes under way are bounded. So a link that becomes slower has no long queue.
  * - A delay that several cuts do not shorten has another cause, such as a longer route or another sender, and is taken
@@ -30,16 +31,17 @@ internal class ImageRate(startNanos: Long) {
         val isMeasured: Boolean,
     )
 
+    /** A cut because of the round trip that began at [askedNanos], and the rate in B/s before. */
+    private class Judgement(val askedNanos: Long, val bytesPerSecond: Double)
+
     private val delay = QueueingDelay()
     private val pauses = ImagePauses(startNanos)
-    private val acknowledged = AcknowledgedBytes()
+    private val sent = RecentBytes()
+    private val delivered = RecentBytes()
     private var writtenNanos = startNanos - RECENT_NANOS
 
-    /** When the round trip began that led to a cut before its end. */
-    private var judgedNanos: Long? = null
-
-    /** The rate in B/s before that cut, until the round trip ends. */
-    private var judgedRate: Double? = null
+    /** The cut that the round trip under way led to before its end; null if it led to none. */
+    private var judgement: Judgement? = null
 
     /** The rate at which the link is congested, in B/s; null before the first time. */
     private var congestedAt: Double? = null
@@ -107,8 +109,11 @@ internal class ImageRate(startNanos: Long) {
         writtenNanos = nowNanos
     }
 
-    /** The receiver has acknowledged [bytes] since the session began. */
-    fun acknowledged(bytes: Long, nowNanos: Long): Unit = acknowledged.add(bytes, nowNanos)
+    /** Of the [sentBytes] since the session began, the receiver has acknowledged [bytes]. */
+    fun acknowledged(bytes: Long, sentBytes: Long, nowNanos: Long) {
+        sent.add(sentBytes, nowNanos)
+        delivered.add(bytes, nowNanos)
+    }
 
     /**
      * Adds a round trip of the time lane, which ended at [nowNanos].
@@ -121,18 +126,18 @@ internal class ImageRate(startNanos: Long) {
         delay.addRoundTrip(nanos, thereNanos, nowNanos)
         if (onPathNanos == null) return
         val found = delay.behindImages(onPathNanos)
-        val judgedRate = judgedRate
-        this.judgedRate = null
+        val judgedRate = judgement?.bytesPerSecond
+        judgement = null
         val isOnWayBack = found <= delay.toleratedNanos && delay.returningNanos > delay.toleratedNanos
         if (judgedRate != null && (isOnWayBack || found > STALL_NANOS)) return resumeAt(judgedRate, nowNanos)
         if (!mayCut(nowNanos) || min(found, before) <= delay.toleratedNanos) return
         val grownDelay = found + max(0, found - before) // It has grown since this round trip began
-        val delivered = if (pauses.areOver(nowNanos)) {
-            acknowledged.recentBytesPerSecond(max(onPathNanos, MOMENTS_NANOS))
+        val deliveredRate = if (pauses.areOver(nowNanos)) {
+            delivered.bytesPerSecond(max(onPathNanos, MOMENTS_NANOS))
         } else {
-            acknowledged.mostBytesPerSecond()
+            delivered.mostBytesPerSecond
         }
-        congested(delivered, grownDelay, nowNanos)
+        congested(deliveredRate, grownDelay, nowNanos)
     }
 
     /**
@@ -141,14 +146,14 @@ internal class ImageRate(startNanos: Long) {
      */
     fun unanswered(askedNanos: Long, nowNanos: Long) {
         val waiting = nowNanos - askedNanos - delay.leastRoundTripNanos - delay.returningNanos
-        if (askedNanos == judgedNanos || waiting <= CERTAIN * delay.toleratedNanos || !pauses.areOver(nowNanos) ||
+        if (askedNanos == judgement?.askedNanos || waiting <= CERTAIN * delay.toleratedNanos ||
+            !pauses.areOver(nowNanos) ||
             !mayCut(nowNanos)
         ) {
             return
         }
-        judgedNanos = askedNanos
-        judgedRate = bytesPerSecond(nowNanos)
-        congested(acknowledged.recentBytesPerSecond(nowNanos - askedNanos), waiting, nowNanos)
+        judgement = Judgement(askedNanos, bytesPerSecond(nowNanos))
+        congested(delivered.bytesPerSecond(nowNanos - askedNanos), waiting, nowNanos)
     }
 
     /**
@@ -167,7 +172,7 @@ internal class ImageRate(startNanos: Long) {
     private fun mayCut(nowNanos: Long) = nowNanos >= heldUntilNanos && nowNanos - writtenNanos < RECENT_NANOS
 
     private fun congested(
-        delivered: Double,
+        deliveredRate: Double,
         delayNanos: Long,
         nowNanos: Long,
     ) {
@@ -178,7 +183,7 @@ internal class ImageRate(startNanos: Long) {
         if (before == null) {
             // Images with pauses show less than the link delivers
             val least = (if (isFilled) proven(rate) else rate) / DEEPEST_CUT
-            congestedAt = max(delivered, knownRate(rate, nowNanos)).coerceIn(least, rate)
+            congestedAt = max(deliveredRate, knownRate(rate, nowNanos)).coerceIn(least, rate)
             congestion = Congestion(checkNotNull(congestedAt), delayNanos, cuts = 1, isFilled)
         } else if (before.cuts == MOST_CUTS && delayNanos > before.delayNanos / 2) {
             delay.accept(delayNanos, nowNanos)
@@ -186,7 +191,7 @@ internal class ImageRate(startNanos: Long) {
             congestion = null
         } else {
             val most = max(LEAST, before.bytesPerSecond * FURTHER_CUT.pow(before.cuts))
-            congestedAt = if (isFilled) delivered.coerceIn(most / DEEPEST_FURTHER_CUT, most) else most
+            congestedAt = if (isFilled) deliveredRate.coerceIn(most / DEEPEST_FURTHER_CUT, most) else most
             congestion = Congestion(
                 before.bytesPerSecond,
                 max(before.delayNanos, delayNanos),
@@ -210,6 +215,9 @@ internal class ImageRate(startNanos: Long) {
         return if (known == null || pauses.areOver(nowNanos) || rate > known * CubicGrowth.PLATEAU_END) 0.0 else known
     }
 
+    /** True if bursts of images arrive more slowly than they are sent: at a higher rate they would only wait in the link. */
+    private val isBehind get() = delivered.mostBytesPerSecond + ROUGHNESS < KEPT_UP * sent.mostBytesPerSecond
+
     private fun advance(nowNanos: Long) {
         val from = max(advancedNanos, drainedNanos)
         if (nowNanos > from && nowNanos - waitedNanos < WAITING_NANOS) {
@@ -220,7 +228,7 @@ internal class ImageRate(startNanos: Long) {
                 !pauses.areOver(nowNanos) -> if (isMoreWanted) SEARCH_SLOWNESS else PAUSES_SLOWNESS
                 else -> 1
             }
-            grownNanos += (nowNanos - from) / slowness
+            if (!isBeyond || !isBehind) grownNanos += (nowNanos - from) / slowness
         }
         advancedNanos = max(advancedNanos, nowNanos)
     }
@@ -254,6 +262,12 @@ internal class ImageRate(startNanos: Long) {
 
         /** The same if more is wanted. Measured: 20 Mbit/s that became 100 are found in 5 s. */
         private const val SEARCH_SLOWNESS = 5
+
+        /** A link keeps up if it delivers this part. */
+        private const val KEPT_UP = 0.9
+
+        /** A slice of 16 KiB in 20 ms, in B/s: images are sent in slices, so the counts are no finer. */
+        private const val ROUGHNESS = 0.8e6
 
         /** In B/s: what a poor Wi-Fi link has left beside small messages. */
         private const val START = 10e6 / 8

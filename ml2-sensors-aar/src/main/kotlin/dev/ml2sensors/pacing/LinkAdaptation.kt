@@ -146,8 +146,8 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         /** A link that may carry so many times what it did when a step up was taken back has become better. */
         const val BETTER_LINK = 1.5
 
-        /** The pacing goes down to this part of the link's rate: images that need more wait again. */
-        const val DOWN_TARGET = 0.85
+        /** The pacing goes down to 0.85 of the link's rate for moments, which the queues of images bridge. */
+        const val DOWN_TARGET = 0.9
         const val UP_TARGET = 0.8
         const val DEEPEST_STEP = 3
         const val HIGHEST_STEP = 3

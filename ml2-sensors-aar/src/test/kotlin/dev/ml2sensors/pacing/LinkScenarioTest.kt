@@ -36,6 +36,23 @@ class LinkScenarioTest {
     }
 
     @Test
+    fun adaptedCamerasUseMostOfALinkInFewSteps() {
+        for ((mbit, roundTripMillis) in listOf(45.0 to 0, 70.0 to 0, 70.0 to 60, 100.0 to 0, 100.0 to 20)) {
+            val steps = (1..10).map { seed ->
+                val cameras = AdaptedCameras(seed)
+                val result = VirtualLink(roundTripMillis, queueMillis = 50, cameras = cameras) { mbit }.play("auto")
+                played += result
+                val unused = (1 - result.use) * (mbit - VirtualLink.SENSORS_MBIT)
+                assertTrue(unused < 0.2 * mbit, "seed $seed, $result: use")
+                assertTrue(cameras.leastHz >= 5, "seed $seed, $result: ${cameras.leastHz} Hz")
+                assertTrue(result.delayP99Millis < if (roundTripMillis < 60) 15 else 25, "seed $seed, $result: delay")
+                cameras.steps(afterSecond = VirtualLink.SETTLED_SECOND)
+            }
+            assertTrue(steps.average() <= 4, "$mbit Mbit/s, $roundTripMillis ms: $steps steps")
+        }
+    }
+
+    @Test
     fun imagesThatTheLinkCarriesAreNotHeldBack() {
         val results = listOf(2, 10, 20).flatMap { roundTripMillis ->
             listOf(300.0, 500.0, 1000.0).flatMap { mbit ->
@@ -153,6 +170,7 @@ internal data class ScenarioResult(
  * @param answerMillis returns how long the receiver's program takes to answer at a second.
  * @param downlink returns how long the queue on the way back is at a second, in ms; null if there is none, and the
  * receiver's clock is unknown.
+ * @param cameras send images instead, and adapt to the link; then use is that from [SETTLED_SECOND] on.
  * @param mbit returns the link's rate at a second.
  */
 internal class VirtualLink(
@@ -163,6 +181,7 @@ internal class VirtualLink(
     private val routeMillis: (second: Double) -> Double = { 0.0 },
     private val answerMillis: (second: Double) -> Double = { 0.0 },
     private val downlink: ((second: Double) -> Double)? = null,
+    private val cameras: AdaptedCameras? = null,
     private val mbit: (second: Double) -> Double,
 ) {
     private val rate = ImageRate(0).also { it.isMoreWanted = isMoreWanted }
@@ -202,8 +221,10 @@ internal class VirtualLink(
                 delays += delay
                 imageDelays += waitingBytes / (imagesMbit * BYTES_PER_MBIT_MILLI)
             }
-            used += images
-            offered += bytesPerMilli - sensors
+            if (cameras == null || second >= SETTLED_SECOND) {
+                used += images
+                offered += bytesPerMilli - sensors
+            }
             val isSettled = delay < SETTLED_MILLIS + roundTripMillis / 2.0
             if (!isSettled && second < SETTLING_SECONDS) unsettled = second
         }
@@ -228,9 +249,7 @@ internal class VirtualLink(
     private fun step(millis: Int, bytesPerMilli: Double, sensors: Double): Double {
         if (millis < FIRST_IMAGE_MILLIS) return 0.0
         val now = millis * NANOS_PER_MILLI
-        if (!imagesMbit.isFinite()) waitingBytes = Double.MAX_VALUE
-        val isBurst = millis % FRAME_MILLIS == 0
-        if (isBurst) waitingBytes += imagesMbit.coerceAtMost(1e6) * BYTES_PER_MBIT_MILLI * FRAME_MILLIS
+        offer(millis)
         if (waitingBytes > 0) rate.resume(now)
         val limit = queueMillis * max(bytesPerMilli, 1.0)
         queueBytes = min(queueBytes, limit)
@@ -241,14 +260,27 @@ internal class VirtualLink(
         val underWay = max(0.0, rate.mostUnderWayBytes(now) - (writtenBytes - acknowledgedBytes))
         val images = min(waitingBytes, minOf(rate.bytesPerSecond(now) / 1000, room, underWay))
         writtenBytes += images
-        rate.acknowledged(acknowledgedBytes.toLong(), now)
+        rate.acknowledged(acknowledgedBytes.toLong(), writtenBytes.toLong(), now)
         roundTrip?.acknowledged(acknowledgedBytes.toLong(), now)
         if (images >= 1) rate.written(now)
         waitingBytes -= images
+        cameras?.send(images, now)
+        if (millis % ADAPT_MILLIS == 0) cameras?.adapt(rate, writtenBytes.toLong(), now)
         if (waitingBytes > 0) rate.waited(now) else rate.pause(now)
         queueBytes = max(0.0, queueBytes + sensors + images - bytesPerMilli)
         passedBytes[millis] = writtenBytes - queueBytes
         return images
+    }
+
+    private fun offer(millis: Int) {
+        if (cameras != null) {
+            cameras.capture(millis)
+            waitingBytes = cameras.waitingBytes
+            return
+        }
+        if (!imagesMbit.isFinite()) waitingBytes = Double.MAX_VALUE
+        val isBurst = millis % FRAME_MILLIS == 0
+        if (isBurst) waitingBytes += imagesMbit.coerceAtMost(1e6) * BYTES_PER_MBIT_MILLI * FRAME_MILLIS
     }
 
     private fun askAndAnswer(
@@ -273,20 +305,23 @@ internal class VirtualLink(
         }
     }
 
-    private companion object {
-        const val SECONDS = 60
-        const val SETTLING_SECONDS = 3.0
-        const val SETTLED_MILLIS = 15
-        const val FRAME_MILLIS = 33
-        const val ASK_MILLIS = 20
+    companion object {
+        /** When cameras have adapted to a link, and the share of it that small messages have. */
+        const val SETTLED_SECOND = 10.0
+        const val SENSORS_MBIT = 9.0
+        private const val ADAPT_MILLIS = 100
+        private const val SECONDS = 60
+        private const val SETTLING_SECONDS = 3.0
+        private const val SETTLED_MILLIS = 15
+        private const val FRAME_MILLIS = 33
+        private const val ASK_MILLIS = 20
 
         /** The time lane comes first. */
-        const val FIRST_IMAGE_MILLIS = 500
-        const val SENSORS_MBIT = 9.0
-        const val BYTES_PER_MBIT_MILLI = 125.0
-        const val NANOS_PER_MILLI = 1_000_000L
+        private const val FIRST_IMAGE_MILLIS = 500
+        private const val BYTES_PER_MBIT_MILLI = 125.0
+        private const val NANOS_PER_MILLI = 1_000_000L
 
         /** The receiver's clock is estimated to be earlier than it is. */
-        const val CLOCK_ERROR_NANOS = -1_500_000L
+        private const val CLOCK_ERROR_NANOS = -1_500_000L
     }
 }
