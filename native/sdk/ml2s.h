@@ -248,8 +248,8 @@ typedef struct ml2s_reading {
     float rotation[4];     /**< In the world: x, y, z, w. */
     float position[3];     /**< In the world. */
     uint32_t
-        is_tracked; /**< 0: not seen or not connected; rotation and position are not valid, nor are values of input. */
-    uint32_t events;                /**< ML2S_TRACKING_* since the last poll. */
+        is_tracked;  /**< 0: not seen or not connected; rotation and position are not valid, nor are values of input. */
+    uint32_t events; /**< ML2S_TRACKING_* since the last poll. */
     float values[ML2S_INPUT_COUNT]; /**< By the enumeration of the stream; 0 for streams without one. */
     char name[256];                 /**< Zero-terminated UTF-8: the content of a QR code, or a map; else empty. */
 } ml2s_reading;
