@@ -14,6 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from forked import ForkedPython
 from ros_domain import reserve_domain
 from waiting import GRACE_S, LIMIT_S
 
@@ -41,9 +42,12 @@ class Child:
     """
 
     def __init__(self, *arguments: str, program: str = sys.executable) -> None:
-        self.process = subprocess.Popen(
+        environ = environment()
+        # A library to load first takes part in the start, and a program of a test in the imports.
+        is_fresh = program != sys.executable or arguments[0] == "-c" or "LD_PRELOAD" in environ
+        self.process = (subprocess.Popen if is_fresh else ForkedPython)(
             [program, *arguments],
-            env=environment(),
+            env=environ,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -1,0 +1,193 @@
+"""Python programs that start at once: forks of a process that has imported the receiver and ROS.
+
+Each is a child of this process like a fresh one, with a command line, an environment and standard
+streams of its own. Tests of what happens while Python starts or imports start Python itself.
+"""
+
+import atexit
+import ctypes
+import functools
+import gc
+import importlib
+import io
+import json
+import os
+import pkgutil
+import re
+import runpy
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+_SET_CHILD_SUBREAPER = 36
+_MOST_BYTES = 1 << 17
+# The modules that these do not import are large, and few programs need them.
+_TOOLS = ("bags", "commands", "live", "monitoring", "viewing")
+_PACKAGES = ("ml2_receiver", *(f"ml2_tools.{it}" for it in _TOOLS))
+_one_at_a_time = threading.Lock()
+
+
+class ForkedPython(subprocess.Popen[str]):
+    """`python3 -m MODULE ...` or `python3 FILE ...`; its `args` begin with that Python."""
+
+    def _execute_child(self, args: list[str], *given: Any) -> None:
+        _, _, _, _, cwd, environ, _, _, _, stdin, _, _, stdout, _, stderr, *_ = given
+        streams = [stdin, stdout, stderr]
+        request = json.dumps([args, str(cwd or Path.cwd()), environ]).encode()
+        with _one_at_a_time:
+            server = _server(environ["ROS_DOMAIN_ID"])
+            # The fork is orphaned at once, so it becomes a child of this process.
+            _adopt_orphans(True)
+            try:
+                socket.send_fds(server, [request], streams)
+                pid, is_orphaned = server.recv(_MOST_BYTES), server.recv(_MOST_BYTES)
+            finally:
+                _adopt_orphans(False)
+        if not is_orphaned:
+            raise RuntimeError("the process that forks Python programs has ended; stderr says why")
+        self.pid = int(pid)
+        self._child_created = True
+        for stream in streams:
+            os.close(stream)
+
+
+def _adopt_orphans(adopts: bool) -> None:
+    if ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, int(adopts), 0, 0, 0):
+        raise OSError("prctl(PR_SET_CHILD_SUBREAPER) failed")
+
+
+@functools.cache
+def _server(domain: str) -> socket.socket:
+    """Starts the process that forks, for a ROS domain, and returns the connection to it.
+
+    It ends when the connection does. Others read the domain of its forks in its environment.
+    """
+    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    environ = {
+        **os.environ,
+        "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONPATH": str(Path(__file__).parents[1]),
+        "PYTHONUNBUFFERED": "1",
+        "ROS_DOMAIN_ID": domain,
+    }
+    with its:
+        # Its forks write their own command lines over the long one.
+        command = [sys.executable, __file__, str(its.fileno()), " " * 4096]
+        server = subprocess.Popen(
+            command, env=environ, pass_fds=[its.fileno()], stdin=subprocess.DEVNULL
+        )
+    atexit.register(server.wait)
+    atexit.register(ours.close)  # before that
+    return ours
+
+
+def _import_all() -> None:
+    for package in map(importlib.import_module, _PACKAGES):
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
+
+
+def _serve(connection: socket.socket) -> tuple[bytes, list[int]]:
+    """Forks for each request, and returns it in the fork."""
+    tracing = _tracing()
+    while True:
+        request, streams, _, _ = socket.recv_fds(connection, _MOST_BYTES, 3)
+        if not request:
+            sys.exit()
+        if (between := _fork(tracing)) == 0:
+            if (child := _fork(tracing)) == 0:
+                return request, streams
+            connection.send(str(child).encode())
+            os._exit(0)
+        for stream in streams:
+            os.close(stream)
+        os.waitpid(between, 0)
+        connection.send(b"orphaned")
+
+
+def _tracing() -> dict[str, Any]:
+    """Returns the functions for forks of LTTng, which rclpy loads and which has threads."""
+    loaded = re.search(r"/\S*/liblttng-ust(-[0-9a-f]{8})?\.so\S*", _own("maps").read_text())
+    library = ctypes.CDLL(loaded[0] if loaded else None)
+    return {
+        it: getattr(library, f"lttng_ust_{it}", None) or getattr(library, f"ust_{it}")
+        for it in ("before_fork", "after_fork_parent", "after_fork_child")
+    }
+
+
+def _fork(tracing: dict[str, Any]) -> int:
+    """Forks as programs do that LTTng traces: its threads hold no lock, and start in the fork."""
+    signals = ctypes.create_string_buffer(128)
+    tracing["before_fork"](signals)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # which says that there are threads
+        child = os.fork()
+    tracing["after_fork_parent" if child else "after_fork_child"](signals)
+    return child
+
+
+def _own(file: str) -> Path:
+    return Path("/proc/self", file)
+
+
+def _name(command: list[str]) -> None:
+    """Writes the command line that other processes see."""
+    fields = _own("stat").read_text().rpartition(")")[2].split()
+    begin, end = map(int, fields[45:47])
+    ctypes.memmove(begin, "\0".join(command).encode().ljust(end - begin, b"\0"), end - begin)
+
+
+def _become(command: list[str], folder: str, environ: dict[str, str], streams: list[int]) -> None:
+    _name(command)
+    for number, stream in enumerate(streams):
+        os.dup2(stream, number)
+        os.close(stream)
+    sys.stdin = os.fdopen(0, closefd=False)
+    for number, name in enumerate(("stdout", "stderr"), 1):
+        like = getattr(sys, name)
+        file = io.FileIO(number, "w", closefd=False)
+        text = io.TextIOWrapper(file, like.encoding, like.errors, "\n", write_through=True)
+        setattr(sys, name, text)
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environ)
+    time.tzset()
+    sys.modules["numpy"].random.seed()
+    sys.argv = command[1:]
+
+
+def _threads() -> int:
+    return len(list(_own("task").iterdir()))
+
+
+def main() -> None:
+    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    importlib.import_module("rclpy")
+    of_tracing = _threads()
+    _import_all()
+    if _threads() != of_tracing:
+        raise RuntimeError("a module starts a thread, which forks would not have")
+    gc.freeze()  # so that forks share what was imported
+    with socket.socket(fileno=int(sys.argv[1])) as connection:
+        request, streams = _serve(connection)
+    command, folder, environ = json.loads(request)
+    _become(command, folder, environ, streams)
+    signal.signal(signal.SIGINT, heard)
+    if sys.argv[0] == "-m":
+        del sys.argv[0]
+        sys.path[0] = folder
+        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+    else:
+        sys.path[0] = str(Path(sys.argv[0]).parent)
+        runpy.run_path(sys.argv[0], run_name="__main__")
+
+
+if __name__ == "__main__":
+    main()
