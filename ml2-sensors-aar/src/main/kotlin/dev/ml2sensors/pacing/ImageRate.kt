@@ -109,7 +109,7 @@ internal class ImageRate(startNanos: Long) {
         writtenNanos = nowNanos
     }
 
-    /** Of the [sentBytes] since the session began, the receiver has acknowledged [bytes]. */
+    /** Since the session began, [sentBytes] were sent, and the receiver has acknowledged [bytes]. */
     fun acknowledged(bytes: Long, sentBytes: Long, nowNanos: Long) {
         sent.add(sentBytes, nowNanos)
         delivered.add(bytes, nowNanos)
