@@ -27,8 +27,9 @@ from test_projection import pixels_of
 from transforms import transforms
 
 SIDE_M = 0.48
-IMAGES = 90
+IMAGES = 120
 NEAR_M, FAR_M = 0.5, 2.0
+NEAREST_SEEN_M = 0.7
 CONFIG = only(
     f"""
     world_center: {{enabled: true}},
@@ -62,8 +63,8 @@ def path_along_the_front_wall() -> str:
     lines = []
     for step in range(31):
         turn = 2 * np.pi * step / 30
-        x, y, yaw = 2.0 - 0.4 * np.cos(turn), 0.6 * np.sin(turn), 0.2 * np.sin(2 * turn)
-        lines.append(f"{step / 10} {x} {y} 0.1 0 0 {np.sin(yaw / 2)} {np.cos(yaw / 2)}\n")
+        x, y, yaw = 2.2 - 0.75 * np.cos(turn), 0.47 + 0.5 * np.sin(turn), 0.2 * np.sin(2 * turn)
+        lines.append(f"{step / 10} {x} {y} 0.4 0 0 {np.sin(yaw / 2)} {np.cos(yaw / 2)}\n")
     return "".join(lines)
 
 
@@ -135,6 +136,7 @@ def test_opencv_places_them_likewise_by_images_calibration_and_transforms(
 ) -> None:
     differences = compared(received, tree)
     assert len(differences) >= 200
+    assert min(it.away_m for it in differences) < NEAREST_SEEN_M
     assert float(np.median([it.moved_m for it in differences])) < 5e-3
     assert float(np.median([it.turned_deg for it in differences])) < 0.5
 
