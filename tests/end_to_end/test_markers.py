@@ -5,6 +5,7 @@ OpenCV finds them in the published images, and places them by camera_info and /t
 
 from __future__ import annotations
 
+import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,10 +22,20 @@ from counters import have_arrived
 from euroc import Matrix, pose_matrix
 from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.bags.decoding import decoder
-from processes import PREFIX, Received, receive, recorded_walk
+from processes import (
+    PREFIX,
+    RECEIVER,
+    Received,
+    isolated_environment,
+    listening_address,
+    process,
+    receive,
+    recorded_walk,
+)
 from simulated_scene import Room, simulated_room
 from test_projection import pixels_of
 from transforms import transforms
+from waiting import LIMIT_S
 
 SIDE_M = 0.48
 IMAGES = 120
@@ -141,25 +152,33 @@ def test_opencv_places_them_likewise_by_images_calibration_and_transforms(
     assert float(np.median([it.turned_deg for it in differences])) < 0.5
 
 
-def test_a_recording_has_april_tags_by_the_names_and_axes_of_apriltag_ros(
-    tmp_path: Path, room: Room
-) -> None:
-    (tmp_path / "config.yaml").write_text(only(f"markers: {{enabled: true, size_m: {SIDE_M}}}"))
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of a walk along AprilTags, made without ROS."""
+    folder = tmp_path_factory.mktemp("recording")
+    (folder / "config.yaml").write_text(only(f"markers: {{enabled: true, size_m: {SIDE_M}}}"))
     options = ("--simulate", "noise=0", "--simulate", "tags=36h11")
-    bag = recorded_walk(tmp_path / "config.yaml", tmp_path, has_detections, *options)
+    return recorded_walk(folder / "config.yaml", folder, has_detections, *options)
+
+
+def recorded(bag: Path, topic: str, type: str) -> list[Any]:
     reader = BagReader(bag)
-    topic = f"{PREFIX}/markers"
-    assert reader.types[topic] == "vision_msgs/msg/Detection3DArray"
-    decode = {it: decoder(reader.types[it]) for it in (topic, "/tf")}
-    messages = [
-        (it.topic, decode[it.topic](it.payload)) for it in reader.messages() if it.topic in decode
-    ]
-    seen = {it.id: it for name, found in messages if name == topic for it in found.detections}
-    placed = {
-        it.child_frame_id for name, found in messages if name == "/tf" for it in found.transforms
-    }
+    assert reader.types[topic] == type
+    return [decoder(type)(it.payload) for it in reader.messages() if it.topic == topic]
+
+
+def detections(bag: Path) -> list[Any]:
+    arrays = recorded(bag, f"{PREFIX}/markers", "vision_msgs/msg/Detection3DArray")
+    return [it for array in arrays for it in array.detections]
+
+
+def test_a_recording_has_april_tags_by_the_names_and_axes_of_apriltag_ros(
+    bag: Path, room: Room
+) -> None:
+    seen = {it.id: it for it in detections(bag)}
+    transforms = recorded(bag, "/tf", "tf2_msgs/msg/TFMessage")
     assert len(seen) >= 3
-    assert seen.keys() <= placed
+    assert seen.keys() <= {it.child_frame_id for found in transforms for it in found.transforms}
     half_a_turn = np.diag([1.0, -1.0, -1.0])
     for frame, it in seen.items():
         expected = as_laid_out(room.tags[int(frame.removeprefix("tag36h11:"))])
@@ -168,6 +187,22 @@ def test_a_recording_has_april_tags_by_the_names_and_axes_of_apriltag_ros(
         pose = pose_matrix([place.x, place.y, place.z], turn.w, turn.x, turn.y, turn.z)
         assert np.linalg.norm(pose[:3, 3] - expected[:3, 3]) < 1e-4
         assert turned_deg(pose, expected) < 0.01
+
+
+def test_a_played_recording_has_the_same_detections(bag: Path, tmp_path: Path) -> None:
+    again, environment = tmp_path / "again", isolated_environment()
+    record: list[str | Path] = [RECEIVER, "record", again, "--no-ros"]
+    record += ["--config", bag.parent / "config.yaml", "--listen", "127.0.0.1:0", "--insecure"]
+    with process(record, environment, tmp_path / "receiver.log") as receiver:
+        play: list[str | Path] = [RECEIVER, "play", bag, "--receiver", listening_address(receiver)]
+        play += ["--insecure", "--rate", "5"]
+        subprocess.run(play, env=environment, check=True, timeout=LIMIT_S)
+    assert [shown(it) for it in detections(again)] == [shown(it) for it in detections(bag)]
+
+
+def shown(detection: Any) -> tuple[str, Any, Any]:
+    (result,) = detection.results
+    return detection.id, detection.bbox.center, result.hypothesis.class_id
 
 
 def has_detections(bag: Path) -> bool:
