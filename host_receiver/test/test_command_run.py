@@ -1,5 +1,7 @@
+import os
 import re
 import signal
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -16,9 +18,14 @@ CONFIG = only("world_left: {enabled: true}, battery: {enabled: true}")
 
 
 def segments(process: int) -> list[Path]:
-    """Its shared memory; the ports beside it belong to all participants of a domain."""
+    """Its shared memory; it maps that of other participants, too, but has no lock of theirs."""
     maps = Path(f"/proc/{process}/maps").read_text()
-    return [Path(name) for name in re.findall(r"/dev/shm/fastrtps_(?!port)\w+", maps)]
+    mapped = set(re.findall(r"/dev/shm/fastrtps_(?!port)\w+", maps))
+    open_files = set()
+    for descriptor in Path(f"/proc/{process}/fd").iterdir():
+        with suppress(FileNotFoundError):  # it has just been closed
+            open_files.add(os.readlink(descriptor))
+    return [Path(name) for name in mapped if f"{name}_el" in open_files]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

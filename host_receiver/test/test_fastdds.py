@@ -122,7 +122,7 @@ def test_a_participant_makes_the_segment(free: list[str], least: int, most: int)
     memory = os.statvfs("/dev/shm")
     if memory.f_bavail * memory.f_frsize < 80_000_000:
         pytest.skip("/dev/shm has less than 80 MB free")
-    environ = environment()
+    environ = environment() | {"ROS_DOMAIN_ID": str(reserve_domain())}
     environ.pop(PROFILES_VARIABLE, None)
     printed, _ = printed_by_a_participant(environ, *free)
     assert least < int(printed) < most

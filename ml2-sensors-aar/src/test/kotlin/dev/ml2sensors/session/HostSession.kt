@@ -25,6 +25,10 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     private val lock = ReentrantLock()
     private val grown = lock.newCondition()
     private val log = ArrayList<HostFrame>()
+
+    // A search through all of a fast sensor's frames, for each new one, would keep the lock from the readers.
+    private val ofKind = HashMap<Int, MutableList<HostFrame>>()
+    private val ofTopic = HashMap<String, MutableList<HostFrame>>()
     private val judge = ProtocolJudge(host)
 
     init {
@@ -60,7 +64,7 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     fun start(request: Long) {
         val channels = lock.withLock {
             judge.start()
-            log.count { it.kind == HostFrame.CHANNEL }
+            ofKind[HostFrame.CHANNEL].orEmpty().size
         }
         write(HostFrame.START, """{"request": $request, "channels": $channels}""")
     }
@@ -73,7 +77,7 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
 
     /** The filler up to the end of link test number [index], counted from 0. */
     fun awaitFiller(index: Int = 0): List<HostFrame> = awaitLog("the end of link test $index") {
-        val filler = log.filter { it.kind == HostFrame.FILLER }
+        val filler = ofKind[HostFrame.FILLER].orEmpty().toList()
         val ends = filler.indices.filter { filler[it].body.isEmpty() }
         ends.getOrNull(index)?.let { filler.subList(0, it + 1) }
     }
@@ -89,35 +93,34 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     /** Sends a frame of the opening [id]. */
     fun send(kind: Int, id: Int, number: Int, body: ByteArray, captureNanos: Long = 0, lane: String = "ros") {
         val frame = HostFrame.bytes(kind, body, id, number, captureNanos)
-        awaitLog("JOIN of $lane") { log.find { it.kind == HostFrame.JOIN && it.lane == lane } }
+        awaitLog("JOIN of $lane") { ofKind[HostFrame.JOIN]?.find { it.lane == lane } }
         val socket = sockets.getValue(lane)
         synchronized(socket) { socket.getOutputStream().write(frame) }
     }
 
     /** Waits for the TAKEN of message [number] of the opening [id]. */
     fun awaitTaken(id: Int, number: Long): HostFrame = awaitLog("TAKEN of $number") {
-        log.find { it.kind == HostFrame.TAKEN && it.channel == id && it.sequence == number }
+        ofKind[HostFrame.TAKEN]?.find { it.channel == id && it.sequence == number }
     }
 
     /** The frame number [index] of [kind], counted from 0 over all lanes. */
     fun await(kind: Int, index: Int = 0): HostFrame =
-        awaitLog("$kind") { log.filter { it.kind == kind }.getOrNull(index) }
+        awaitLog("$kind") { ofKind[kind]?.getOrNull(index) }
 
     fun awaitEnd(lane: String): HostFrame =
-        awaitLog("end of $lane") { log.find { it.kind == HostFrame.END && it.lane == lane } }
+        awaitLog("end of $lane") { ofKind[HostFrame.END]?.find { it.lane == lane } }
 
     /** Waits until the device has closed every lane: all that it sent is in the log. */
     fun awaitEnds() = readers.forEach(Thread::join)
 
     /** At least [count] messages of [topic], in order. */
     fun awaitData(topic: String, count: Int = 1): List<HostFrame> =
-        awaitLog("$count of $topic") { data(topic).takeIf { it.size >= count } }
+        awaitLog("$count of $topic") { ofTopic[topic]?.takeIf { it.size >= count }?.toList() }
 
     /** Messages of [topic] so far, in order. */
-    fun data(topic: String): List<HostFrame> =
-        lock.withLock { log.filter { it.kind == HostFrame.DATA && judge.topic(it.channel) == topic } }
+    fun data(topic: String): List<HostFrame> = lock.withLock { ofTopic[topic].orEmpty().toList() }
 
-    fun frames(kind: Int): List<HostFrame> = lock.withLock { log.filter { it.kind == kind } }
+    fun frames(kind: Int): List<HostFrame> = lock.withLock { ofKind[kind].orEmpty().toList() }
 
     /** CHANNEL bodies by topic. */
     fun channels(): Map<String, JsonObject> =
@@ -196,8 +199,14 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
 
     private fun record(frame: HostFrame) = lock.withLock {
         log += frame
+        ofKind.getOrPut(frame.kind, ::ArrayList) += frame
         judge.judge(frame)
-        if (frame.kind == HostFrame.DATA) judge.topic(frame.channel)?.let(host::count)
+        if (frame.kind == HostFrame.DATA) {
+            judge.topic(frame.channel)?.let {
+                ofTopic.getOrPut(it, ::ArrayList) += frame
+                host.count(it)
+            }
+        }
         grown.signalAll()
     }
 

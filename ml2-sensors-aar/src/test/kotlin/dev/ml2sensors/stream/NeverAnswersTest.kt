@@ -88,7 +88,10 @@ class NeverAnswersTest {
     fun aStreamThatDoesNotStopIsLostAloneAndSaysSoAndComesBack() = runBlocking<Unit> {
         val session = sessionWithAStreamThatDoesNotClose()
         val gyroscope = launch(Dispatchers.Default) {
-            while (true) fake.deliver(StreamTable.gyroLeft, VectorSample(fake.clock.nowNanos(), 0.0, 0.0, 0.0))
+            for (count in 1..Int.MAX_VALUE) {
+                fake.deliver(StreamTable.gyroLeft, VectorSample(fake.clock.nowNanos(), 0.0, 0.0, 0.0))
+                session.awaitData("gyro_left/imu", count)
+            }
         }
         session.configure(2, """{"gyro_left": {}, "battery": {}}""")
         session.start(2)

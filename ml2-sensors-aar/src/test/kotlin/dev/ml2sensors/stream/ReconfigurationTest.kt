@@ -86,7 +86,10 @@ class ReconfigurationTest {
     fun onlyTheStreamsThatChangeAreRestarted() = runBlocking<Unit> {
         val session = fixture.start("""{"gyro_left": {}, "world_left": {}, "depth": {"update_rate": 5}}""")
         val gyroscope = launch(Dispatchers.Default) {
-            while (true) headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
+            for (count in 1..Int.MAX_VALUE) {
+                headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
+                session.awaitData("gyro_left/imu", count)
+            }
         }
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
         headset.deliver(StreamTable.depth, headset.image(fixture.now))
