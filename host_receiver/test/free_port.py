@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import random
 import socket
+from collections import deque
 
 # Linux gives those from 32768 on to connections, at any time.
 _PORTS = range(20_000, 32_768)
-_reserved: list[socket.socket] = []
+# Many more than a test needs.
+_KEPT = 20
+_reserved: deque[socket.socket] = deque()
 
 
 def try_lock(name: str) -> socket.socket | None:
@@ -26,13 +29,15 @@ def try_lock(name: str) -> socket.socket | None:
 
 
 def reserve_port() -> int:
-    """A port of this machine that no other test has until this process ends."""
+    """A port of this machine that no other test has until this process has reserved 20 more."""
     for port in random.sample(_PORTS, len(_PORTS)):
         lock = try_lock(f"port_{port}")
         if lock is None:
             continue
         if _is_free(port):
             _reserved.append(lock)
+            if len(_reserved) > _KEPT:
+                _reserved.popleft().close()
             return port
         lock.close()
     raise RuntimeError("every port is in use")
