@@ -56,6 +56,14 @@ def home_of_configuration(tmp_path_factory: pytest.TempPathFactory) -> None:
     os.environ["XDG_CONFIG_HOME"] = str(tmp_path_factory.mktemp("config"))
 
 
+@pytest.fixture(autouse=True)
+def priority() -> Iterator[None]:
+    """A command that a test runs in this process leaves its priority, for it stays with all."""
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    yield
+    assert os.getpriority(os.PRIO_PROCESS, 0) == before
+
+
 @pytest.fixture
 def ros_of_children(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes of this process find those of its children."""

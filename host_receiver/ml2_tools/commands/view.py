@@ -120,10 +120,10 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Backend]]:
     from ..viewing.section_forms import section_forms
     from ..viewing.view import View
 
-    # Processors that are full serve the receiver and its subscribers first
-    os.nice(_NICENESS)
     with found_receiver(options.name, PATIENCE_S) as node:
         receiver = node.node_name(options.name, PATIENCE_S)
+    # Processors that are full serve the receiver and its subscribers first
+    os.nice(_NICENESS)
     source = LiveSource(options.name)
     view = View(source, options.name, options.eyes)
     pairing = PagePairing(view, lambda: _pairing_offer(options))
