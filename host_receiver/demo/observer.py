@@ -219,10 +219,12 @@ def _end_process(failure: threading.ExceptHookArgs) -> None:
     os._exit(1)
 
 
-def observe(observer: Observer, on_snapshot: Callable[[], None] = lambda: None) -> None:
+def observe(
+    observer: Observer, on_snapshot: Callable[[], None] = lambda: None, period_s: float = 1.0
+) -> None:
     """Runs from the first configuration to the last message, if one is to come.
 
-    `on_snapshot` follows each print.
+    Prints a snapshot each `period_s`; `on_snapshot` follows.
     """
     observer.is_configured.wait()
     if not observer.topics:
@@ -230,7 +232,7 @@ def observe(observer: Observer, on_snapshot: Callable[[], None] = lambda: None) 
     while not observer.is_matched():
         time.sleep(0.05)
     observer.start_headset()
-    while not observer.is_final.wait(timeout=1.0):
+    while not observer.is_final.wait(timeout=period_s):
         print(json.dumps(observer.snapshot(final=False)), flush=True)
         on_snapshot()
     deadline_s = time.monotonic() + 2.0

@@ -37,11 +37,12 @@ class ForkedPython(subprocess.Popen[str]):
     """`python3 -m MODULE ...` or `python3 FILE ...`; its `args` begin with that Python."""
 
     def _execute_child(self, args: list[str], *given: Any) -> None:
-        _, _, _, _, cwd, environ, _, _, _, stdin, _, _, stdout, _, stderr, *_ = given
-        streams = [stdin, stdout, stderr]
-        request = json.dumps([args, str(cwd or Path.cwd()), environ]).encode()
+        _, _, _, _, cwd, environ, _, _, _, *pipes = given
+        # Those of this process, unless others are given
+        streams = [it if it != -1 else n for n, it in enumerate((pipes[0], pipes[3], pipes[5]))]
+        request = json.dumps([args, str(cwd or Path.cwd()), environ or {**os.environ}]).encode()
         with _one_at_a_time:
-            server = _server(environ["ROS_DOMAIN_ID"])
+            server = _server()
             # The fork is orphaned at once, so it becomes a child of this process.
             _adopt_orphans(True)
             try:
@@ -53,8 +54,7 @@ class ForkedPython(subprocess.Popen[str]):
             raise RuntimeError("the process that forks Python programs has ended; stderr says why")
         self.pid = int(pid)
         self._child_created = True
-        for stream in streams:
-            os.close(stream)
+        self._close_pipe_fds(*pipes[:6])  # type: ignore[attr-defined]
 
 
 def _adopt_orphans(adopts: bool) -> None:
@@ -63,21 +63,17 @@ def _adopt_orphans(adopts: bool) -> None:
 
 
 @functools.cache
-def _server(domain: str) -> socket.socket:
-    """Starts the process that forks, for a ROS domain, and returns the connection to it.
-
-    It ends when the connection does. Others read the domain of its forks in its environment.
-    """
+def _server() -> socket.socket:
+    """Starts the process that forks, and returns the connection to it, with which it ends."""
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     environ = {
         **os.environ,
         "OPENBLAS_NUM_THREADS": "1",
         "PYTHONPATH": str(Path(__file__).parents[1]),
-        "PYTHONUNBUFFERED": "1",
-        "ROS_DOMAIN_ID": domain,
+        # Its forks write theirs over long ones.
+        "ROOM": " " * 8192,
     }
     with its:
-        # Its forks write their own command lines over the long one.
         command = [sys.executable, __file__, str(its.fileno()), " " * 4096]
         server = subprocess.Popen(
             command, env=environ, pass_fds=[its.fileno()], stdin=subprocess.DEVNULL
@@ -137,15 +133,19 @@ def _own(file: str) -> Path:
     return Path("/proc/self", file)
 
 
-def _name(command: list[str]) -> None:
-    """Writes the command line that other processes see."""
+def _show(command: list[str], environ: dict[str, str]) -> None:
+    """Writes the command line and the environment that other processes see."""
     fields = _own("stat").read_text().rpartition(")")[2].split()
-    begin, end = map(int, fields[45:47])
-    ctypes.memmove(begin, "\0".join(command).encode().ljust(end - begin, b"\0"), end - begin)
+    variables = ["=".join(it) for it in environ.items()]
+    for strings, ends in ((command, fields[45:47]), (variables, fields[47:49])):
+        begin, end = map(int, ends)
+        text = b"".join(os.fsencode(it) + b"\0" for it in strings)
+        if len(text) > end - begin:
+            raise ValueError(f"{end - begin} bytes have no room for {strings}")
+        ctypes.memmove(begin, text.ljust(end - begin, b"\0"), end - begin)
 
 
 def _become(command: list[str], folder: str, environ: dict[str, str], streams: list[int]) -> None:
-    _name(command)
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)
@@ -158,6 +158,7 @@ def _become(command: list[str], folder: str, environ: dict[str, str], streams: l
     os.chdir(folder)
     os.environ.clear()
     os.environ.update(environ)
+    _show(command, environ)  # into memory of the environment before
     time.tzset()
     sys.modules["numpy"].random.seed()
     sys.argv = command[1:]
@@ -180,12 +181,15 @@ def main() -> None:
     command, folder, environ = json.loads(request)
     _become(command, folder, environ, streams)
     signal.signal(signal.SIGINT, heard)
-    if sys.argv[0] == "-m":
+    is_module = sys.argv[0] == "-m"
+    if is_module:
         del sys.argv[0]
-        sys.path[0] = folder
+    # The first two are the folder of this file and what _server() gives.
+    first = folder if is_module else str(Path(sys.argv[0]).parent)
+    sys.path[:2] = [first, *environ.get("PYTHONPATH", "").split(os.pathsep)]
+    if is_module:
         runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
     else:
-        sys.path[0] = str(Path(sys.argv[0]).parent)
         runpy.run_path(sys.argv[0], run_name="__main__")
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from processes import Received, full_name, lines
 from waiting import LIMIT_S
 
-# The counters that a subscriber prints about once per second; see observer.py.
+# The counters that a subscriber prints four times per second; see observer.py.
 type Snapshot = dict[str, Any]
 
 

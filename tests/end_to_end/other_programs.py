@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import pickle
-import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 from processes import (
     PATHS,
     Received,
+    ended,
     full_name,
     headset_command,
     isolated_environment,
@@ -20,7 +20,6 @@ from processes import (
     process,
     receive_command,
 )
-from waiting import LIMIT_S
 
 
 @contextlib.contextmanager
@@ -47,7 +46,7 @@ def collect(
     output = folder / "topics.pickle"
     script = Path(__file__).with_name("topics_subscriber.py")
     command: list[str | Path] = [sys.executable, script, json.dumps(names), str(count), output]
-    subprocess.run(command, env=environment | PATHS, timeout=2 * LIMIT_S, check=True)
+    ended(command, environment | PATHS).check_returncode()
     topics = pickle.loads(output.read_bytes())
     counts = {name: len(payloads) for name, (_, payloads) in topics.items()}
     assert min(counts.values()) >= count, counts

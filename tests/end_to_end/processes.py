@@ -16,6 +16,7 @@ from typing import IO, Any
 from rclpy.serialization import deserialize_message
 
 import drawing
+from forked import ForkedPython
 from left_out import left_out
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.message_types import message_class
@@ -108,6 +109,36 @@ def isolated_environment() -> dict[str, str]:
     }
 
 
+def start(command: Sequence[str | Path], **options: Any) -> subprocess.Popen[str]:
+    """Starts a child process whose streams are text, with other options of Popen.
+
+    In tests, a receiver or another Python program is a fork, which starts at once.
+    """
+    words = [str(word) for word in command]
+    if words[0] == str(RECEIVER):
+        python = [sys.executable, "-m", "ml2_receiver", *words[1:]]
+    else:
+        python = words
+    is_forked = "pytest" in sys.modules and python[0] == sys.executable and python[1] != "-c"
+    if is_forked:
+        return ForkedPython(python, text=True, **options)
+    return subprocess.Popen(words, text=True, **options)
+
+
+def ended(
+    command: Sequence[str | Path], environment: dict[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Starts a child process, and returns what it printed when it has ended."""
+    pipe = subprocess.PIPE
+    with start(command, env=environment, stdout=pipe, stderr=pipe) as child:
+        try:
+            output, errors = child.communicate(timeout=3 * LIMIT_S)
+        finally:
+            child.kill()
+    print(errors, file=sys.stderr)  # which pytest shows if the test failed
+    return subprocess.CompletedProcess(child.args, child.returncode, output, errors)
+
+
 @contextlib.contextmanager
 def process(
     command: Sequence[str | Path],
@@ -123,13 +154,12 @@ def process(
     the output (`is_read`), all of it goes there at once: a full pipe would stop the child.
     """
     with log.open("w") as errors:
-        child = subprocess.Popen(
-            [str(word) for word in command],
+        child = start(
+            command,
             env=environment,
             stdin=stdin,
             stdout=subprocess.PIPE if is_read else errors,
             stderr=errors,
-            text=True,
         )
         try:
             yield child
@@ -180,7 +210,7 @@ def receive_once(
     Args:
         headset_options: options of ml2-headset, which `program` starts.
         link: makes the proxy between headset and receiver, from the receiver's address.
-        is_enough: gets a snapshot about once per second, and returns True to end the headset; it
+        is_enough: gets a snapshot four times per second, and returns True to end the headset; it
             ends after LIMIT_S otherwise.
     """
     if tuple(program) == (HEADSET,):

@@ -25,6 +25,8 @@ from observer import Observer, observe, spun_observer
 from payload_file import Payloads
 
 _DEPTH = 10
+# A test that has seen enough ends its session then.
+PERIOD_S = 0.25
 
 
 class StoredTopic(Observed):
@@ -89,7 +91,7 @@ def main(prefix: str, qos_depths: str, output: Path, receiver: str = "") -> None
             DiagnosticArray, "/diagnostics", diagnostics.append, _DEPTH, raw=True
         )
         publishers: dict[str, set[bytes]] = {name: set() for name in observer.topics}
-        observe(observer, lambda: note_publishers(observer, publishers))
+        observe(observer, lambda: note_publishers(observer, publishers), PERIOD_S)
         kept = {name: o for name, o in observer.topics.items() if isinstance(o, StoredTopic)}
         received = {
             "snapshot": observer.snapshot(final=True),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +11,9 @@ import pytest
 
 from configurations import only
 from counters import assert_counters_agree
-from processes import RECEIVER, Received, headset_command
+from processes import Received, headset_command
 from proxy import Proxy
 from simulation import STILL
-from waiting import LIMIT_S
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 # One raw camera at 30 Hz, which is 248 Mbit/s, and small streams.
@@ -33,7 +31,7 @@ def measured(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], R
         proxy = stack.enter_context(Proxy(waiting.address, bytes_per_s))
         command = headset_command(proxy.address, *STILL)
         headset = stack.enter_context(waiting.started("headset", command))
-        waiting.await_seconds(1)
+        waiting.await_reading(after_s=0.0)
         found = doctor(waiting)
         headset.terminate()
         return found, waiting.result()
@@ -41,14 +39,7 @@ def measured(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], R
 
 def doctor(waiting: WaitingReceiver) -> dict[str, Any]:
     """Runs doctor and returns its finding on the link."""
-    run = subprocess.run(
-        [RECEIVER, "doctor", "--json"],
-        env=waiting.environment,
-        stdout=subprocess.PIPE,
-        text=True,
-        timeout=LIMIT_S,
-        check=False,  # 1 if doctor finds another problem of the machine
-    )
+    run = waiting.run("doctor", "--json")
     (link,) = [it for it in json.loads(run.stdout) if it["check"] == "link to headset"]
     assert isinstance(link, dict)
     return link

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,9 @@ import yaml
 from capture_stamps import stamp_ns
 from configurations import only
 from other_programs import collect, streaming
-from processes import PREFIX, RECEIVER, draw_images
+from processes import PREFIX, RECEIVER, draw_images, ended
 from transforms import transforms
-from waiting import LIMIT_S, await_true
+from waiting import await_true
 
 CONFIG = only(
     """
@@ -59,11 +58,7 @@ def test_the_rig_in_kalibr_yaml_is_the_one_in_the_transform_tree(tmp_path: Path)
 
         def exported() -> bool:
             """On a slow machine, what it needs may not come while it waits for it."""
-            run = subprocess.run(
-                export, env=domain, timeout=LIMIT_S, check=False, capture_output=True, text=True
-            )
-            print(run.stderr)
-            return "T_cam_imu is not in camchain.yaml" in run.stdout
+            return "T_cam_imu is not in camchain.yaml" in ended(export, domain).stdout
 
         await_true(exported)
     chain = yaml.safe_load((out / "camchain.yaml").read_text())

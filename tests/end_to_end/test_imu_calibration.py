@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +14,10 @@ from configurations import only
 from ml2_receiver.configuration.mounts import load_mounts
 from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.bags.decoding import decoder
-from processes import PREFIX, RECEIVER, recorded_walk
+from processes import PREFIX, RECEIVER, ended, recorded_walk
 from simulated_scene import TO_ROS
 from simulated_truth import SimulatedTruth
 from simulation import EXACT
-from waiting import LIMIT_S
 
 _POSES = 26 * 60  # what calibrate wants at least, and some gaps
 
@@ -37,7 +35,7 @@ def test_a_walk_shows_the_mounts_and_run_publishes_them(
         config, before, lambda it: message_counts(it).get(f"{PREFIX}/head_pose", 0) > _POSES, *EXACT
     )
     calibrate: list[str | Path] = [RECEIVER, "calibrate", "imu", "--bag", walk]
-    subprocess.run(calibrate, timeout=LIMIT_S, check=True)
+    ended(calibrate).check_returncode()
 
     true = json.loads(SimulatedTruth.now().library.ml2sim_mounts())
     ((_, mounts),) = load_mounts().items()

@@ -5,7 +5,6 @@ OpenCV finds them in the published images, and places them by camera_info and /t
 
 from __future__ import annotations
 
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from processes import (
     PREFIX,
     RECEIVER,
     Received,
+    ended,
     isolated_environment,
     listening_address,
     process,
@@ -35,7 +35,6 @@ from processes import (
 from simulated_scene import Room, simulated_room
 from test_projection import pixels_of
 from transforms import transforms
-from waiting import LIMIT_S
 
 SIDE_M = 0.48
 IMAGES = 120
@@ -196,7 +195,7 @@ def test_a_played_recording_has_the_same_detections(bag: Path, tmp_path: Path) -
     with process(record, environment, tmp_path / "receiver.log") as receiver:
         play: list[str | Path] = [RECEIVER, "play", bag, "--receiver", listening_address(receiver)]
         play += ["--insecure", "--rate", "5"]
-        subprocess.run(play, env=environment, check=True, timeout=LIMIT_S)
+        ended(play, environment).check_returncode()
     assert [shown(it) for it in detections(again)] == [shown(it) for it in detections(bag)]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,7 @@ from configurations import only
 from euroc import rows
 from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.bags.decoding import decoder
-from processes import PREFIX, RECEIVER, draw_images, recorded_walk
-from waiting import LIMIT_S
+from processes import PREFIX, RECEIVER, draw_images, ended, recorded_walk
 
 CONFIG = only("world_left: {enabled: true}, world_right: {enabled: true}, imu: {united: true}")
 _IMAGES = 60
@@ -52,7 +50,7 @@ def euroc(bag: Path) -> Path:
     folder = bag.parent / "euroc"
     noise = [f"--{name}=0.001" for name in NOISE]
     export: list[str | Path] = [RECEIVER, "export", "--euroc", folder, "--bag", bag]
-    subprocess.run([*export, "--imu", "imu_left", *noise], check=True, timeout=LIMIT_S)
+    ended([*export, "--imu", "imu_left", *noise]).check_returncode()
     return folder
 
 
@@ -75,7 +73,7 @@ def lost_transforms(bag: Path) -> int:
 def test_images_have_camera_info_metadata_and_transforms(bag: Path) -> None:
     """Tolerates gaps, also of poses: a busy machine may simulate a capture too late."""
     inspect: list[str | Path] = [RECEIVER, "inspect", bag, "--json"]
-    run = subprocess.run(inspect, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    run = ended(inspect)
     checks = {(it["topic"], it["check"]): it for it in json.loads(run.stdout)}
     without = 0
     for camera in CAMERAS.values():

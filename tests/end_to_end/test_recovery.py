@@ -123,7 +123,7 @@ def test_a_receiver_that_is_killed_and_restarted_is_found_again(
     waiting: WaitingReceiver, config: Path
 ) -> None:
     with waiting.started("headset", headset_command(waiting.address)) as headset:
-        waiting.await_seconds(2)
+        waiting.await_seconds(1)
         waiting.receiver.kill()
         waiting.receiver.wait()
         with waiting.started("receiver2", receive_command(config, waiting.address)) as second:
@@ -161,7 +161,7 @@ def test_a_headset_takes_the_place_of_those_that_were_killed_at_any_moment(
 
 def test_a_second_headset_is_refused_and_the_first_goes_on(waiting: WaitingReceiver) -> None:
     with waiting.started("headset1", headset_command(waiting.address)) as first:
-        waiting.await_seconds(1)
+        waiting.await_reading(after_s=0.0)
         with waiting.started("headset2", headset_command(waiting.address, "--seed", "2")) as second:
             assert "busy" in line_with(second, "busy")
             waiting.await_reading(after_s=time.time())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from processes import (
     PREFIX,
     RECEIVER,
     Security,
+    ended,
     headset_command,
     isolated_environment,
     line_with,
@@ -119,8 +119,8 @@ def test_a_headset_that_is_not_paired_is_refused_with_a_message(
     run = receive_command(config, "127.0.0.1:0", security=security)
     with process(run, environment, tmp_path / "receiver.log") as receiver:
         send = headset_command(listening_address(receiver), security=security)
-        (device,) = json.loads(subprocess.check_output(list_paired))
-        subprocess.run([*unpair, device["name"]], check=True)
+        (device,) = json.loads(ended(list_paired).stdout)
+        ended([*unpair, device["name"]]).check_returncode()
         with process(send, environment, tmp_path / "headset.log") as headset:
             line_with(headset, "not paired")
     assert "pairing: it is not paired" in (tmp_path / "receiver.log").read_text()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import subprocess
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,15 +14,14 @@ from processes import (
     PREFIX,
     RECEIVER,
     Received,
+    ended,
     isolated_environment,
-    lines,
     listening_address,
     process,
     receive_command,
     result,
     subscribing,
 )
-from waiting import LIMIT_S
 
 _GYRO = f"{PREFIX}/gyro_left/imu"
 
@@ -43,21 +43,14 @@ class WaitingReceiver:
         return process(command, self.environment, self.folder / f"{name}.log", subprocess.PIPE)
 
     def run(self, *command: str) -> subprocess.CompletedProcess[str]:
-        """Runs a command of ml2-receiver beside the receiver, for 60 s at most."""
-        return subprocess.run(
-            [RECEIVER, *command],
-            env=self.environment,
-            stdout=subprocess.PIPE,
-            text=True,
-            timeout=LIMIT_S,
-            check=False,
-        )
+        """Runs a command of ml2-receiver beside the receiver."""
+        return ended([RECEIVER, *command], self.environment)
 
     def await_seconds(self, count: int) -> None:
-        """Waits until readings have arrived for about `count` more seconds."""
+        """Waits until a reading has arrived, and `count` seconds longer."""
         self.await_reading(after_s=0.0)
-        for _ in range(count - 1):
-            assert next(lines(self.subscriber))
+        until_s = time.monotonic() + count
+        self.await_snapshot(lambda _: time.monotonic() > until_s)
 
     def await_reading(self, after_s: float) -> None:
         """Waits for a gyroscope reading that arrives after `after_s` of time.time()."""
