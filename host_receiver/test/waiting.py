@@ -24,9 +24,9 @@ def is_done(future: Any, timeout_s: float) -> bool:
     return done.wait(timeout_s)
 
 
-def await_true(is_true: Callable[[], bool]) -> None:
-    """Asks again and again, where nothing tells when; fails when it does not come so."""
+def await_true(is_true: Callable[[], bool], pause_s: float = 0.01) -> None:
+    """Asks again after each pause, where nothing tells when; fails when it does not come so."""
     deadline_s = time.monotonic() + LIMIT_S
     while not is_true():
         assert time.monotonic() < deadline_s
-        time.sleep(0.01)
+        time.sleep(pause_s)

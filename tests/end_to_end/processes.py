@@ -33,6 +33,8 @@ HEADSET = ROOT / "ml2-sensors-aar" / "simulator" / "ml2-headset"
 EXCERPT = ROOT.parent / "shared" / "data" / "euroc_v1_01_excerpt"
 PREFIX = "/magic_leap2"
 _LISTENING = "listening on "
+# To read a recording again and again costs more than the session that it is of.
+PAUSE_S = 0.25
 # More messages than are ever in flight, so that the subscriber loses none that were published.
 _DEPTH = 1000
 PATHS = {
@@ -281,7 +283,7 @@ def recorded_walk(
         address = listening_address(receiver)
         headset = headset_command(address, *headset_options, security=security)
         with process(headset, environment, folder / "headset.log", is_read=False):
-            await_true(lambda: is_enough(walk))
+            await_true(lambda: is_enough(walk), PAUSE_S)
     return walk
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 from configurations import only
 from counters import assert_counters_agree, await_more
 from processes import full_name, headset_command, line_with
 from simulation import SIMULATE, simulate
+from waiting import await_true
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 CONFIG = only("world_left: {enabled: true, format: jpeg}, other_sensors: {enabled: true}")
@@ -18,21 +18,19 @@ GRANT = "ml2-receiver headset grant world_left"
 # The running camera fails, and cannot be opened again for a while.
 FAULTS = ("fault.world.get", "fault.world.permission")
 IMAGE = "world_left/image_raw/compressed"
-MAX_POLLS = 60
 
 
 def await_state(waiting: WaitingReceiver, state: str, reason: str = "") -> None:
     """Runs `devices` until world_left is in a state whose reason contains `reason`."""
-    seen: list[dict[str, Any]] = []
-    for _ in range(MAX_POLLS):
+
+    def is_told() -> bool:
         device = json.loads(waiting.run("devices", "--json").stdout or "null")
         streams = [] if device is None else device["streams"]
-        for stream in streams:
-            if stream["stream"] == "world_left":
-                seen.append(stream)
-                if stream["state"] == state and reason in stream["reason"]:
-                    return
-    raise AssertionError(f"expected {state}, found {seen}")
+        (found,) = [it for it in streams if it["stream"] == "world_left"] or [None]
+        print(found)  # which pytest shows if the test fails
+        return found is not None and found["state"] == state and reason in found["reason"]
+
+    await_true(is_told)
 
 
 def test_a_camera_that_fails_is_reported_and_recovers(tmp_path: Path) -> None:

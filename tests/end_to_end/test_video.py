@@ -24,6 +24,7 @@ from configurations import only
 from ml2_tools.images.pixels import pixels_of
 from other_programs import collect, streaming
 from processes import (
+    PAUSE_S,
     RECEIVER,
     ROOT,
     Received,
@@ -163,7 +164,8 @@ def test_what_a_thin_link_leaves_of_a_video_can_be_decoded(tmp_path: Path) -> No
             headset = headset_command(listening_address(receiver), *noisy)
             command = [*made.headset.prefix, *headset]
             with process(command, environment, tmp_path / "headset.log", is_read=False):
-                await_true(lambda: message_counts(tmp_path / "walk").get(FFMPEG, 0) > COUNT)
+                walk = tmp_path / "walk"
+                await_true(lambda: message_counts(walk).get(FFMPEG, 0) > COUNT, PAUSE_S)
     with AnyReader([tmp_path / "walk"]) as bag:
         topics = [it for it in bag.connections if it.topic.endswith("/ffmpeg")]
         packets: list[Any] = [bag.deserialize(it[2], it[0].msgtype) for it in bag.messages(topics)]
