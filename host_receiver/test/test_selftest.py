@@ -278,8 +278,8 @@ OTHERWISE: Mapping[str, tuple[Callable[[Sessions], None], Any]] = {
         pytest.approx(2),
     ),
     "trackers_need_head": (
-        fails(1, "gaze", "no capture for 4 s"),
-        "no capture",
+        fails(0, "gaze", "MLHeadTrackingCreate: UnspecifiedFailure (4)"),
+        "gaze: MLHeadTrackingCreate",
     ),
     "hand_key_points": (
         becomes(0, "hand_left", lambda: readings(60, scattered, backend="sdk")),
@@ -389,6 +389,16 @@ def test_images_that_a_busy_machine_left_out_refute_nothing(share: float) -> Non
         old.times_ns = [it for it, is_kept in zip(old.times_ns, kept, strict=True) if is_kept]
         old.frames = [(stamp, number) for number, (stamp, _) in enumerate(old.times_ns)]
     assert [it for it in judge(evidence_of(sessions)) if it.verdict == "differs"] == []
+
+
+def test_head_trackers_that_nobody_gets_are_not_too_many() -> None:
+    sessions = sound()
+    for session in sessions:
+        for id in session.keys() & {"tf", "gaze", "hand_left", "hand_right", "controller"}:
+            reasons = ["MLHeadTrackingCreate: UnspecifiedFailure (4)"]
+            session[id] = StreamEvidence({"backend": "sdk"}, reasons)
+    found = {it.fact: it for it in judge(evidence_of(sessions))}
+    assert found["trackers_need_head"].verdict == "unknown"
 
 
 def test_a_line_of_the_devices_log_refutes_the_instant_of_poses() -> None:

@@ -7,7 +7,7 @@
 #include "runtime.h"
 
 enum {
-    MOST_MARKERS = 16, /**< The vendor's detector follows no more at a time. */
+    MOST_MARKERS = 32, /**< Twice what the vendor's detector is said to follow at a time. */
     MOST_LISTED = 64,
 };
 
@@ -124,7 +124,7 @@ static ml2s_result keep(XrMarkerML atom, ml2s_error *error) {
     }
     struct marker *known = place_of(&seen);
     if (known->seen_nanos == listed_nanos) {
-        return ML2S_OK; // of the same content as another of this snapshot, or beyond the sixteenth
+        return ML2S_OK; // of the same content as another of this snapshot, or there is no room for it
     }
     bool is_same = known->space && known->number == seen.number && !strcmp(known->text, seen.text);
     if (is_same) {

@@ -59,7 +59,7 @@ RenderPlan renderPlan(const DepthChoice &wanted) {
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 8;
     const auto &stream = kDepthStreams[wanted.type];
     const auto rays = std::make_shared<Lazy<RayTable>>([] { return RayTable(lens); });
-    const bool isRadial = isOn(Key::AssumeRadialDepth);
+    const bool isRadial = isOn(Key::AssumeRadialDepth), isLargerBetter = isOn(Key::AssumeConfidence);
     const auto draw = [=](size_t index, uint8_t *frame) {
         const Pose camera = compose(headPath->atFrame(index, wanted.delivered_hz).head, mount(Camera::Depth));
         const auto images = imagesIn(frame, wanted.planes);
@@ -68,11 +68,14 @@ RenderPlan renderPlan(const DepthChoice &wanted) {
         if (!isRadial && images.distance_m != nullptr)
             std::transform(rays->get().z.begin(), rays->get().z.end(), images.distance_m, images.distance_m,
                            [](float z, float distance) { return std::abs(z) * distance; });
+        if (!isLargerBetter && images.confidence != nullptr)
+            std::transform(images.confidence, images.confidence + rays->get().z.size(), images.confidence,
+                           [](float confidence) { return 1 / (1 + confidence); });
         return planesIn(wanted.planes) * planeBytes();
     };
     const auto inputs = headPath->inputs() + " noise=" + std::to_string(sigma) + "+" + std::to_string(sigmaOfSquare) +
                         " rate=" + std::to_string(wanted.delivered_hz) + " planes=" + std::to_string(wanted.planes) +
-                        " radial=" + std::to_string(isRadial);
+                        " radial=" + std::to_string(isRadial) + " confidence=" + std::to_string(isLargerBetter);
     return {stream.name, inputs, planesIn(wanted.planes) * planeBytes(), headPath->frameCount(wanted.delivered_hz),
             draw};
 }

@@ -55,6 +55,8 @@ MLResult MLEyeTrackingGetStateEx(MLHandle tracker, MLEyeTrackingStateEx *inout_s
         return result;
     if (const auto result = checkStructure(__func__, inout_state, 2))
         return result;
+    if (number(Key::AssumeTrackerLayouts) != inout_state->version)
+        return MLResult_InvalidParam;
     const bool isSeen = !isOn(Key::FaultGazeClosed);
     const float confidence = isSeen ? 1 : 0;
     *inout_state = {2, confidence, confidence, confidence, !isSeen, !isSeen, 0, mlTimeNow(), confidence, confidence};

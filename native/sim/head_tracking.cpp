@@ -50,6 +50,9 @@ void resetHeadTracking() { trackers.clear(); }
 using namespace ml2sim;
 
 MLResult MLHeadTrackingCreate(MLHandle *out_tracker) {
+    const auto most = static_cast<size_t>(number(Key::AssumeHeadTrackers));
+    if (most != 0 && trackers.count() >= most)
+        return MLResult_UnspecifiedFailure;
     return trackers.create(__func__, out_tracker, Key::FaultHeadCreate, MLResult_UnspecifiedFailure,
                            {mlTimeNow(), mapEventsSoFar()});
 }

@@ -76,10 +76,12 @@ template <typename T> class TrackerRegistry {
         return false;
     }
 
-    bool isEmpty() const {
+    size_t count() const {
         const std::lock_guard lock(mutex_);
-        return open_.empty();
+        return open_.size();
     }
+
+    bool isEmpty() const { return count() == 0; }
 
     void clear() {
         const std::lock_guard lock(mutex_);

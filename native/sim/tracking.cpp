@@ -51,8 +51,13 @@ Pose reportedHead(int64_t mltime) {
 }
 
 MLTransform reportedCamera(Camera camera, int64_t mltime) {
-    return toTransform(compose(reportedHead(mltime), mount(camera)));
+    Pose pose = compose(reportedHead(mltime), mount(camera));
+    if (camera != Camera::Color)
+        pose.rotation = pose.rotation * aboutX(number(Key::AssumeCameraAxes));
+    return toTransform(pose);
 }
+
+Quaternion aboutX(double degrees) { return Quaternion::about({1, 0, 0}, degrees / 180 * 3.14159265358979323846); }
 
 MLTransform toTransform(const Pose &pose) {
     const auto f = [](double value) { return static_cast<float>(value); };

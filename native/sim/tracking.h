@@ -24,6 +24,9 @@ Pose reportedHead(int64_t mltime);
 /** Returns the reported pose of a camera. */
 MLTransform reportedCamera(Camera camera, int64_t mltime);
 
+/** Returns the rotation by which a key turns axes. */
+Quaternion aboutX(double degrees);
+
 /** Converts a pose to the vendor's structure, with the faults of poses. */
 MLTransform toTransform(const Pose &pose);
 

@@ -37,6 +37,8 @@ from processes import (
 from simulation import STILL
 from waiting import LIMIT_S, await_true
 
+# Judgements need the controller, and markers that the detector looks for.
+SHOWN = "controller_tracked=1", "tags=36h11"
 SELFTEST = (str(RECEIVER), "headset", "selftest")
 
 # A busy machine leaves images out, so that their rate is not known. Nothing here is behind adb.
@@ -93,6 +95,17 @@ OTHERWISE: Mapping[str, tuple[Sections, str, str | float | None]] = {
         "assume.vendor_structs=12",
         "12 bytes behind MLEyeTrackingStateEx",
     ),
+    "tracker_layouts": (_of("gaze"), "assume.tracker_layouts=3", "MLEyeTrackingGetStateEx"),
+    "trackers_need_head": (_of("gaze"), "assume.trackers_need_head=1", "MLHeadTrackingCreate"),
+    "depth_confidence": (
+        _of("depth_center", step=STEPS["other_modes"]),
+        "assume.depth_confidence=0",
+        0.5,
+    ),
+    "camera_pose_axes": (_of("world_center"), "assume.camera_pose_axes=180", 175.0),
+    "marker_axes": (_of("markers", step=_OPENXR), "assume.marker_axes=180", 0.0),
+    "marker_limit": (_of("markers", step=_OPENXR), "assume.marker_limit=20", 20.0),
+    "map_axes": (_of("map", step=_OPENXR), "assume.map_axes=90", 90.0),
     "map_events": (_of("map", step=_OPENXR), "openxr.fault.map.silent=1", None),
     "mltime": (_of("head_pose"), "fault.time.convert=1", "MLTimeConvert"),
 }
@@ -150,9 +163,8 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> Evidence:
         known = {it.fact for it in judge(evidence) if it.verdict != "unknown"}
         return is_delivered and known >= _TAKE_LONGEST.get(step, set())
 
-    shown = "controller_tracked=1", "tags=36h11"
     whole = [
-        record(folder / it, STEPS[it], partial(is_enough, it), *shown, security=keys)
+        record(folder / it, STEPS[it], partial(is_enough, it), *SHOWN, security=keys)
         for it in STEPS
     ]
     denied = record(
@@ -187,7 +199,7 @@ def test_a_key_of_the_simulation_makes_one_row_differ(
     def differs(evidence: Evidence) -> bool:
         return any(it.fact == fact for it in differing(together(evidence, sound), fact))
 
-    flipped = record(tmp_path / "flipped", sections, differs, key)
+    flipped = record(tmp_path / "flipped", sections, differs, *SHOWN, key)
     (found,) = differing(together(flipped, sound), fact)
     assert found.fact == fact
     if isinstance(measured, str):

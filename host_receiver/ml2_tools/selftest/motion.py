@@ -21,6 +21,14 @@ _MOST_DEGREES = 20.0
 _LEAST_S = 3.5
 _JOINTS, _FINGERS = 26, (range(2, 6), range(6, 11), range(11, 16), range(16, 21), range(21, 26))
 _AXES = Rotation.create_group("O")
+# Each opens a head tracker, and what does without one.
+_HEAD_TRACKED = {
+    "tf": "",
+    "gaze": "gaze.backend=openxr",
+    "hand_left": "hands.backend=openxr",
+    "hand_right": "hands.backend=openxr",
+    "controller": "controller.backend=openxr",
+}
 
 
 def android_clocks(fact: str, evidence: Evidence) -> Verdict:
@@ -147,15 +155,18 @@ def _layout(fact: str, stream: StreamEvidence, switch: str) -> Verdict:
 
 
 def trackers_need_head(fact: str, evidence: Evidence) -> Verdict:
-    """Gaze comes while head_pose is off, or not with it either."""
-    alone = [it["gaze"] for it in evidence.sessions if "gaze" in it and "head_pose" not in it]
-    for gaze in alone:
-        if gaze.is_delivered:
-            return as_assumed(fact, gaze.rate_hz, "Hz")
-    refused = [it.reasons[-1] for it in alone if it.reasons and not it.denied]
-    if refused and evidence.find("gaze"):
-        return differs(fact, f"gaze: {refused[0]}", switch="head_pose.enabled=true")
-    return unknown(fact, "no recording has gaze without head_pose")
+    """Several head trackers are open at once: that of the transform tree, and those of others."""
+    for session in evidence.sessions:
+        tracked = {id: session[id] for id in _HEAD_TRACKED if id in session}
+        sdk = {id: it for id, it in tracked.items() if it.values.get("backend", "sdk") == "sdk"}
+        if any(it.is_delivered for it in sdk.values()):
+            for id, it in sdk.items():
+                for reason in it.reasons:
+                    if reason.startswith("MLHeadTrackingCreate: "):
+                        return differs(fact, f"{id}: {reason}", switch=_HEAD_TRACKED[id])
+    if (gaze := evidence.find("gaze", backend="sdk")) is None:
+        return unknown(fact, evidence.why_missing("gaze", backend="sdk"))
+    return as_assumed(fact, gaze.rate_hz, "Hz")
 
 
 def hand_key_points(fact: str, evidence: Evidence) -> Verdict:

@@ -51,6 +51,7 @@ std::optional<Pose> mapOrigin(XrSession handle, XrTime time) {
         return {};
     Pose origin = maps()[session.map].origin;
     origin.position.x += static_cast<double>(runtime().keys.whole("map.moved_mm")) / 1000;
+    origin.rotation = origin.rotation * aboutX(ml2sim::number(Key::AssumeMapAxes));
     const auto head = HeadPath::current()->at(time).head;
     return compose(reportedHead(time), compose(inverse(head), origin));
 }

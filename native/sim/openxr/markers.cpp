@@ -85,7 +85,7 @@ std::vector<int> seenBy(const Detector &detector) {
     auto tags = detector.dictionary == text(Key::Tags) ? visibleTags(detector.usesColorCamera, mlTimeNow())
                                                        : std::vector<int>{};
     if (runtime().keys.whole("fault.markers.false") != 0 && detector.snapshots % 2 == 1) {
-        tags.resize(std::min(tags.size(), kMostSeen - 1));
+        tags.resize(std::min(tags.size(), mostSeen() - 1));
         tags.push_back(kFalseTag);
     }
     return tags;

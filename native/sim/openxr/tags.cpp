@@ -58,6 +58,8 @@ bool isSeen(const Scene &scene, const Pose &head, Camera camera, const Square &c
 
 } // namespace
 
+size_t mostSeen() { return static_cast<size_t>(ml2sim::number(Key::AssumeMarkerLimit)); }
+
 std::vector<int> visibleTags(bool byColorCamera, int64_t mltime) {
     const auto scene = HeadPath::scene();
     const auto head = HeadPath::current()->at(mltime).head;
@@ -66,7 +68,7 @@ std::vector<int> visibleTags(bool byColorCamera, int64_t mltime) {
                       : std::vector<Camera>{Camera::WorldLeft, Camera::WorldCenter, Camera::WorldRight};
     std::vector<int> tags;
     for (const auto &landmark : scene->landmarks()) {
-        if (landmark.corner != 0 || tags.size() == kMostSeen)
+        if (landmark.corner != 0 || tags.size() == mostSeen())
             continue;
         const auto corners = cornersOf(*scene, landmark.tag);
         for (const auto camera : cameras)
@@ -81,7 +83,8 @@ std::vector<int> visibleTags(bool byColorCamera, int64_t mltime) {
 Pose seenFrom(int tag, int64_t mltime) {
     const auto corners = cornersOf(*HeadPath::scene(), tag);
     const Vec3 out = normalOf(corners);
-    const auto rotation = Quaternion::about({0, 1, 0}, std::atan2(out.x, out.z)); // all hang upright
+    const auto rotation = // all hang upright
+        Quaternion::about({0, 1, 0}, std::atan2(out.x, out.z)) * aboutX(ml2sim::number(Key::AssumeMarkerAxes));
     const auto head = HeadPath::current()->at(mltime).head;
     return compose(reportedHead(mltime), compose(inverse(head), {rotation, centerOf(corners)}));
 }

@@ -10,8 +10,8 @@
 
 namespace ml2sim::xr {
 
-/** The most markers of a snapshot. */
-constexpr size_t kMostSeen = 16;
+/** Returns the most markers of a snapshot. */
+size_t mostSeen();
 
 /** A tag that no card of the room has. */
 constexpr int kFalseTag = 77;

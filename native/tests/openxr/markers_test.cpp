@@ -172,6 +172,15 @@ TEST_F(Markers, AFalseDetectionLastsUntilTheSnapshotWithoutIt) {
     }
 }
 
+TEST_F(Markers, MoreThanTheVendorSaysAreTakenToo) {
+    headset("tags", "36h11");
+    ASSERT_EQ(open(april()), ML2S_OK) << error.message;
+    EXPECT_EQ(afterSnapshot().size(), 16u);
+    headset("assume.marker_limit", "20");
+    EXPECT_GT(afterSnapshot().size(), 16u);
+    headset("assume.marker_limit", "16");
+}
+
 TEST_F(Markers, TooSmallOnesAreNotSeen) {
     headset("tags", "5X5_100");
     runtime("markers.least_pixels", "1000");

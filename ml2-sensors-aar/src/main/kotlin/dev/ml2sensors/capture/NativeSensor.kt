@@ -74,7 +74,7 @@ internal enum class ReadingSensor(
     CONTROLLER_INPUT(9, setOf(StreamTable.controllerJoy)),
 
     /** The markers that the headset's own detector sees. */
-    MARKERS(10, setOf(StreamTable.markers), mostReadings = 16, rateHz = 30, backends = setOf(NativeBackend.OPENXR)),
+    MARKERS(10, setOf(StreamTable.markers), mostReadings = 32, rateHz = 30, backends = setOf(NativeBackend.OPENXR)),
 
     /** The saved map in which the headset is localized. */
     MAP(11, setOf(StreamTable.map), rateHz = 30, backends = setOf(NativeBackend.OPENXR)),
