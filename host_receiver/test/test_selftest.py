@@ -160,6 +160,9 @@ def dumped(name: str, beyond: int = 0) -> list[str]:
 
 
 STRUCTS = {
+    "MLWorldCameraData": "world_center",
+    "MLDepthCameraData": "depth_center",
+    "MLEyeCameraData": "eye_nasal_left",
     "MLEyeTrackingStateEx": "gaze",
     "MLHandTrackingData": "hands",
     "MLControllerSystemStateEx": "controller",
@@ -420,7 +423,7 @@ def test_bytes_behind_a_struct_are_counted_and_name_it(name: str) -> None:
 def test_a_struct_that_was_not_dumped_leaves_the_sizes_unknown() -> None:
     log = [line for it in [*STRUCTS][1:] for line in dumped(it)]
     found = {it.fact: it for it in judge(Evidence(sound(), log=log))}
-    assert found["vendor_structs"].measured == "the log has no dump of MLEyeTrackingStateEx"
+    assert found["vendor_structs"].measured == "the log has no dump of MLWorldCameraData"
 
 
 def test_verdicts_are_objects_with_five_keys() -> None:

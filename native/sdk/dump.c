@@ -4,12 +4,13 @@
 
 #define LINE_BYTES 32u
 
-void dump_once(atomic_flag *is_shown, const char *name, const void *bytes, uint32_t size) {
-    if (atomic_flag_test_and_set(is_shown)) {
+void dump_once(bool *is_shown, const char *name, const void *bytes, uint32_t size, uint32_t room) {
+    if (*is_shown) {
         return;
     }
+    *is_shown = true;
     const uint8_t *from = bytes;
-    uint32_t all = size + DUMP_ROOM_BYTES;
+    uint32_t all = size + room;
     for (uint32_t offset = 0; offset < all; offset += LINE_BYTES) {
         char hex[2 * LINE_BYTES + 1];
         uint32_t count = all - offset < LINE_BYTES ? all - offset : LINE_BYTES;

@@ -1,12 +1,12 @@
 /**
  * Shows in the device's log, once, what the vendor has written into a struct, and behind it.
  *
- * Layouts that only one public text has may be shorter than those of a headset. Room behind such a struct takes what is
- * written too much, and tells it by its pattern.
+ * Layouts of public texts may be shorter than those of a headset. Room behind a struct takes what is written too much,
+ * and tells it by its pattern.
  */
 #pragma once
 
-#include <stdatomic.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -23,7 +23,7 @@
 static inline void dump_begin(uint8_t room[DUMP_ROOM_BYTES]) { memset(room, DUMP_PATTERN, DUMP_ROOM_BYTES); }
 
 /**
- * Logs a struct and the room behind it, unless is_shown: a line for 32 bytes each, "dump NAME OFFSET of SIZE: HEX".
- * SIZE is that of the struct alone.
+ * Logs a struct and the room behind it, which may be 0, and sets is_shown, unless it is set: a line for 32 bytes each,
+ * "dump NAME OFFSET of SIZE: HEX". SIZE is that of the struct alone.
  */
-void dump_once(atomic_flag *is_shown, const char *name, const void *bytes, uint32_t size);
+void dump_once(bool *is_shown, const char *name, const void *bytes, uint32_t size, uint32_t room);

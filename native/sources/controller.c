@@ -28,7 +28,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    static atomic_flag is_shown = ATOMIC_FLAG_INIT;
+    static bool is_shown;
     WITH_ROOM(MLControllerSystemStateEx) state;
     dump_begin(state.room);
     MLControllerSystemStateExInit(&state.of);
@@ -37,7 +37,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLControllerSystemStateEx", &state, sizeof state.of);
+    dump_once(&is_shown, "MLControllerSystemStateEx", &state, sizeof state.of, DUMP_ROOM_BYTES);
     // With rotation only, the position is where the controller was last seen, which a pose cannot say.
     const MLControllerStateEx *controller = &state.of.controller_state[0];
     if ((result = pose_begin(&pose, ML2S_STREAM_CONTROLLER, error)) ||
@@ -90,7 +90,7 @@ static ml2s_result copy_input(const MLInputControllerStateEx *from, ml2s_reading
 
 static ml2s_result poll_input(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    static atomic_flag is_shown = ATOMIC_FLAG_INIT;
+    static bool is_shown;
     WITH_ROOM(MLInputControllerStateEx[MLInput_MaxControllers]) states;
     dump_begin(states.room);
     MLInputControllerStateExInit(states.of);
@@ -99,7 +99,7 @@ static ml2s_result poll_input(const ml2s_settings *settings, struct readings *re
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLInputControllerStateEx", &states, sizeof states.of);
+    dump_once(&is_shown, "MLInputControllerStateEx", &states, sizeof states.of, DUMP_ROOM_BYTES);
     if ((result = pose_begin(&input, ML2S_STREAM_CONTROLLER_JOY, error)) ||
         (states.of[0].is_connected && (result = copy_input(&states.of[0], &input, error)))) {
         return result;

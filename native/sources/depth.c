@@ -1,4 +1,5 @@
 // The depth camera: depth with confidence and flags, or the raw infrared picture.
+#include "../sdk/dump.h"
 #include "../sdk/error.h"
 #include "../sdk/perception.h"
 #include "conversions.h"
@@ -185,20 +186,29 @@ static ml2s_result find_stream(const ml2s_settings *settings, const void *depth_
     return ML2S_OK;
 }
 
-static const struct camera depth = {"depth", MLDepthCameraFrameType_Count, sizeof(MLDepthCameraFrame), find_stream,
+static bool is_frame_shown;
+static const struct camera depth = {"depth",
+                                    "MLDepthCameraFrame",
+                                    &is_frame_shown,
+                                    MLDepthCameraFrameType_Count,
+                                    sizeof(MLDepthCameraFrame),
+                                    find_stream,
                                     copy_frame};
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
-    MLDepthCameraData data;
-    MLDepthCameraDataInit(&data);
+    static bool is_shown;
+    WITH_ROOM(MLDepthCameraData) data;
+    dump_begin(data.room);
+    MLDepthCameraDataInit(&data.of);
     ml2s_result result =
-        SDK_CALL(error, depth, MLDepthCameraGetLatestDepthData, camera, millis_of(timeout_nanos), &data);
+        SDK_CALL(error, depth, MLDepthCameraGetLatestDepthData, camera, millis_of(timeout_nanos), &data.of);
     if (result) {
         return result;
     }
-    frameset_copy(set, &depth, settings, data.frames, data.frame_count, error);
-    return SDK_CALL(error, depth, MLDepthCameraReleaseDepthData, camera, &data);
+    dump_once(&is_shown, "MLDepthCameraData", &data, sizeof data.of, DUMP_ROOM_BYTES);
+    frameset_copy(set, &depth, settings, data.of.frames, data.of.frame_count, error);
+    return SDK_CALL(error, depth, MLDepthCameraReleaseDepthData, camera, &data.of);
 }
 
 const struct source_ops source_depth = {

@@ -1,4 +1,5 @@
 // The eye cameras: one handle for all four. The vendor gives no pose and no intrinsics.
+#include "../sdk/dump.h"
 #include "../sdk/error.h"
 #include "../sdk/perception.h"
 #include "conversions.h"
@@ -91,18 +92,24 @@ static ml2s_result find_stream(const ml2s_settings *settings, const void *eye_fr
     return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: unknown camera %u", from->camera_id);
 }
 
-static const struct camera eye = {"eye camera", CAMERAS, sizeof(MLEyeCameraFrame), find_stream, copy_frame};
+static bool is_frame_shown;
+static const struct camera eye = {"eye camera", "MLEyeCameraFrame", &is_frame_shown, CAMERAS, sizeof(MLEyeCameraFrame),
+                                  find_stream,  copy_frame};
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
-    MLEyeCameraData data;
-    MLEyeCameraDataInit(&data);
-    ml2s_result result = SDK_CALL(error, eye, MLEyeCameraGetLatestCameraData, cameras, millis_of(timeout_nanos), &data);
+    static bool is_shown;
+    WITH_ROOM(MLEyeCameraData) data;
+    dump_begin(data.room);
+    MLEyeCameraDataInit(&data.of);
+    ml2s_result result =
+        SDK_CALL(error, eye, MLEyeCameraGetLatestCameraData, cameras, millis_of(timeout_nanos), &data.of);
     if (result) {
         return result;
     }
-    frameset_copy(set, &eye, settings, data.frames, data.frame_count, error);
-    return SDK_CALL(error, eye, MLEyeCameraReleaseCameraData, cameras, &data);
+    dump_once(&is_shown, "MLEyeCameraData", &data, sizeof data.of, DUMP_ROOM_BYTES);
+    frameset_copy(set, &eye, settings, data.of.frames, data.of.frame_count, error);
+    return SDK_CALL(error, eye, MLEyeCameraReleaseCameraData, cameras, &data.of);
 }
 
 const struct source_ops source_eye = {

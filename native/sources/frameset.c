@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "../sdk/dump.h"
 #include "../sdk/error.h"
 
 static struct size { uint32_t width, height; } usual[ML2S_STREAM_COUNT], last[ML2S_STREAM_COUNT];
@@ -64,6 +65,9 @@ void frameset_copy(struct frameset *set, const struct camera *camera, const ml2s
     if (check_array(frames, count, camera->most_frames, camera->name, error)) {
         skip_all(set);
         return;
+    }
+    if (count) {
+        dump_once(camera->is_shown, camera->frame_name, frames, camera->frame_bytes, 0);
     }
     const uint8_t *from = frames;
     for (uint32_t i = 0; i < count; i++, from += camera->frame_bytes) {

@@ -23,7 +23,9 @@ void frameset_complete(struct frameset *set, ml2s_frame *frame, ml2s_result resu
 
 /** The frames of one of the vendor's cameras, which are structures of frame_bytes. */
 struct camera {
-    const char *name; /**< Begins error messages. */
+    const char *name;       /**< Begins error messages. */
+    const char *frame_name; /**< That of the structure. */
+    bool *is_shown;         /**< Set when the first frame was dumped. */
     uint32_t most_frames;
     uint32_t frame_bytes;
     /** Finds the stream of a frame; ML2S_STREAM_COUNT if settings want another exposure or range. */

@@ -72,7 +72,7 @@ static bool are_seen(const MLEyeTrackingStateEx *state) {
 
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    static atomic_flag is_shown = ATOMIC_FLAG_INIT;
+    static bool is_shown;
     WITH_ROOM(MLEyeTrackingStateEx) state;
     dump_begin(state.room);
     MLEyeTrackingStateInit(&state.of);
@@ -81,7 +81,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLEyeTrackingStateEx", &state, sizeof state.of);
+    dump_once(&is_shown, "MLEyeTrackingStateEx", &state, sizeof state.of, DUMP_ROOM_BYTES);
     if ((result = pose_begin(&pose, ML2S_STREAM_GAZE, error)) ||
         (are_seen(&state.of) && (result = locate(&pose, error)))) {
         return result;

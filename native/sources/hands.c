@@ -72,7 +72,7 @@ static ml2s_result locate(const MLSnapshot *snapshot, uint32_t hand, const MLHan
 }
 
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    static atomic_flag is_shown = ATOMIC_FLAG_INIT;
+    static bool is_shown;
     WITH_ROOM(MLHandTrackingData) data;
     dump_begin(data.room);
     MLHandTrackingDataInit(&data.of);
@@ -82,7 +82,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLHandTrackingData", &data, sizeof data.of);
+    dump_once(&is_shown, "MLHandTrackingData", &data, sizeof data.of, DUMP_ROOM_BYTES);
     if ((result = pose_begin(&now, 0, error)) || (result = snapshot_take(now.device_nanos, &snapshot, error))) {
         return result;
     }

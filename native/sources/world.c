@@ -1,4 +1,5 @@
 // The world cameras: one handle for all three, each at normal or low exposure.
+#include "../sdk/dump.h"
 #include "../sdk/error.h"
 #include "../sdk/perception.h"
 #include "conversions.h"
@@ -97,19 +98,24 @@ static ml2s_result find_stream(const ml2s_settings *settings, const void *world_
                      from->frame_type);
 }
 
-static const struct camera world = {"world camera", CAMERAS *MODES, sizeof(MLWorldCameraFrame), find_stream,
+static bool is_frame_shown;
+static const struct camera world = {"world camera", "MLWorldCameraFrame",       &is_frame_shown,
+                                    CAMERAS *MODES, sizeof(MLWorldCameraFrame), find_stream,
                                     copy_frame};
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
-    MLWorldCameraData data;
-    MLWorldCameraDataInit(&data);
-    MLWorldCameraData *filled = &data; // The vendor fills what this points to, and refuses null.
+    static bool is_shown;
+    WITH_ROOM(MLWorldCameraData) data;
+    dump_begin(data.room);
+    MLWorldCameraDataInit(&data.of);
+    MLWorldCameraData *filled = &data.of; // The vendor fills what this points to, and refuses null.
     ml2s_result result =
         SDK_CALL(error, world, MLWorldCameraGetLatestWorldCameraData, cameras, millis_of(timeout_nanos), &filled);
     if (result || !filled) {
         return result;
     }
+    dump_once(&is_shown, "MLWorldCameraData", &data, sizeof data.of, DUMP_ROOM_BYTES);
     frameset_copy(set, &world, settings, filled->frames, filled->frame_count, error);
     return SDK_CALL(error, world, MLWorldCameraReleaseCameraData, cameras, filled);
 }

@@ -25,6 +25,9 @@ _DUMP = re.compile(
 )
 _PATTERN = 0xA5
 _STRUCTS = {
+    "MLWorldCameraData": "world_center.backend=openxr",
+    "MLDepthCameraData": "depth_center.backend=openxr",
+    "MLEyeCameraData": "eye_nasal_left.backend=openxr",
     "MLEyeTrackingStateEx": "gaze.backend=openxr",
     "MLHandTrackingData": "hands.backend=openxr",
     "MLControllerSystemStateEx": "controller.backend=openxr",
