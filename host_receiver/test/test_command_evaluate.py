@@ -62,6 +62,7 @@ def figures(folder: Path) -> dict[str, Any]:
 def test_every_image_that_arrived_is_placed_to_a_centimetre(figures: dict[str, Any]) -> None:
     assert figures["images_sent"] == COUNT
     assert figures["matched_pairs"] == figures["images_placed"] == COUNT - len(LOST)
+    assert figures["images_rejected"] == 0
     assert figures["rmse_m"] < 0.01
     assert figures["truth"]["rmse_m"] == pytest.approx(figures["rmse_m"], rel=0.05)
     assert figures["headset_against_truth"]["max_m"] < 1e-6

@@ -13,6 +13,8 @@ from .sequence import Sequence
 from .time_offset import time_offset_s
 from .trajectory import Images, Progress, Trajectory, untold
 
+_OWN = "sfm"
+
 
 @dataclass(frozen=True)
 class Agreement:
@@ -49,6 +51,15 @@ class Evaluation:
     truth: Agreement | None
     pipeline: Agreement | None
 
+    @property
+    def images_rejected(self) -> int | None:
+        """The number of images that structure from motion could not place.
+
+        None for other estimators, whose poses are at stamps of their own.
+        """
+        is_own = self.estimator == _OWN
+        return len(self.sequence.stamps_ns) - len(self.estimate) if is_own else None
+
 
 def evaluate(
     sequence: Sequence,
@@ -76,7 +87,7 @@ def evaluate(
         ) from error
     images = _read(sequence, progress)
     estimate = structure_from_motion(images, sequence.camera, progress=progress)
-    return evaluate_estimate(sequence, camera, "sfm", estimate, truth)
+    return evaluate_estimate(sequence, camera, _OWN, estimate, truth)
 
 
 def _read(sequence: Sequence, progress: Progress) -> Images:
@@ -145,6 +156,7 @@ def summary(evaluation: Evaluation) -> dict[str, Any]:
         "images_sent": evaluation.sequence.images_sent,
         "images_received": len(stamps_ns),
         "images_placed": len(evaluation.estimate),
+        "images_rejected": evaluation.images_rejected,
         **figures_of(evaluation.headset),
         "truth": None if truth is None else figures_of(truth),
         "headset_against_truth": None if pipeline is None else figures_of(pipeline),

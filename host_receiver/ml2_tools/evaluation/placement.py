@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 
 from ..geometry.pose import Pose
 
-_LEAST_POINTS = 12
 _LARGEST_ERROR_PX = 2.0
+# COLMAP's minima for an image that it takes into a map.
+_REGISTRATION = pycolmap.IncrementalMapperOptions()
+# A point is triangulated from other images if it is seen by two of them, beside a key image itself.
+_LEAST_TRACK = 3
 _WINDOW_PX, _LEVELS = (21, 21), 4
 # COLMAP's pixel centres are at halves, OpenCV's at whole numbers.
 _HALF = np.float32(0.5)
@@ -36,40 +39,61 @@ class Map:
     def pose(self, name: str, neighbours: Sequence[str]) -> Pose | None:
         """Returns the pose of an image's camera in the map's world, or None if it is not found.
 
+        A pose has to reproject the points that are triangulated from other images to where they are
+        seen in this one. That of a key image which does not is estimated anew, like that of any
+        other image.
+
         Args:
-            neighbours: key images with the same view; their points are searched in the image.
+            neighbours: other key images with the same view; their points are searched in the image.
         """
         if name in self._keys:
-            return _inverse(self._keys[name].cam_from_world())
+            pose = self._keys[name].cam_from_world()
+            if self._agrees(pose, *self._points(name)):
+                return _inverse(pose)
         image = self._image(name)
         tracked = [self._track(image, key) for key in neighbours if key in self._keys]
         pixels = np.concatenate([np.empty((0, 2)), *(pixels for pixels, _ in tracked)])
         points = np.concatenate([np.empty((0, 3)), *(points for _, points in tracked)])
-        if len(pixels) < _LEAST_POINTS:
-            return None
         options = pycolmap.AbsolutePoseEstimationOptions()
         options.ransac.max_error = _LARGEST_ERROR_PX
         found = pycolmap.estimate_and_refine_absolute_pose(pixels, points, self._camera, options)
-        if found is None or found["num_inliers"] < _LEAST_POINTS:
+        # The inliers of RANSAC are those of the pose before its refinement.
+        if found is None or not self._agrees(found["cam_from_world"], pixels, points):
             return None
         return _inverse(found["cam_from_world"])
 
-    def _track(self, image: NDArray[np.uint8], key: str) -> tuple[Points, Points]:
-        """Tracks the map points of a key image into `image`.
+    def _agrees(self, pose: pycolmap.Rigid3d, pixels: Points, points: Points) -> bool:
+        """Returns True if enough of the points are seen where the pose has them."""
+        # NaN for points behind the camera
+        errors_px = np.linalg.norm(self._camera.img_from_cam(pose * points) - pixels, axis=1)
+        inliers = np.count_nonzero(errors_px <= _LARGEST_ERROR_PX)
+        return bool(
+            inliers >= _REGISTRATION.abs_pose_min_num_inliers
+            and inliers >= _REGISTRATION.abs_pose_min_inlier_ratio * len(points)
+        )
 
-        Returns:
-            Their pixels, n x 2, and their positions in the world, n x 3.
-        """
-        features = [it for it in self._keys[key].points2D if it.has_point3D()]
-        if not features:
-            return np.empty((0, 2)), np.empty((0, 3))
-        pixels = np.array([it.xy for it in features], np.float32) - _HALF
-        points = np.array([self._model.points3D[it.point3D_id].xyz for it in features])
+    def _points(self, key: str) -> tuple[Points, Points]:
+        """Returns the pixels of the points that a key image sees, n x 2, and the points, n x 3."""
+        seen = [
+            (it.xy, point.xyz)
+            for it in self._keys[key].points2D
+            if it.has_point3D()
+            and (point := self._model.points3D[it.point3D_id]).track.length() >= _LEAST_TRACK
+        ]
+        pixels, points = zip(*seen, strict=True) if seen else ((), ())
+        return np.reshape(pixels, (-1, 2)), np.reshape(points, (-1, 3))
+
+    def _track(self, image: NDArray[np.uint8], key: str) -> tuple[Points, Points]:
+        """Tracks the map points of a key image into `image`; returns those found, as _points()."""
+        pixels, points = self._points(key)
+        if not len(pixels):
+            return pixels, points
+        before = pixels.astype(np.float32) - _HALF
         found, is_found, _ = cv2.calcOpticalFlowPyrLK(
             self._image(key),
             image,
-            pixels,
-            np.empty_like(pixels),
+            before,
+            np.empty_like(before),
             winSize=_WINDOW_PX,
             maxLevel=_LEVELS,
         )

@@ -70,8 +70,9 @@ def table(figures: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     yield ("", *_HEADINGS[: 1 + len(with_truth)])
     blank = [""] * len(with_truth)
     yield "duration", f"{figures['duration_s']:.1f} s", *blank
-    for state in ("sent", "received", "placed"):
-        yield f"images {state}", f"{figures[f'images_{state}']}", *blank
+    for state in ("sent", "received", "placed", "rejected"):
+        if (count := figures[f"images_{state}"]) is not None:
+            yield f"images {state}", f"{count}", *blank
     for name, cell in _ROWS.items():
         yield name, *(cell(column) for column in (figures, *with_truth))
 

@@ -66,7 +66,8 @@ def structure_from_motion(
         map_, placed = Map(model, folder / "images"), []
         for index, (stamp_ns, image) in enumerate(zip(stamps_ns, names, strict=True)):
             progress("placing images in the map", index, len(names))
-            pose = map_.pose(image, keys[index // _KEY_INTERVAL :][:2])
+            around = (index - 1) // _KEY_INTERVAL, index // _KEY_INTERVAL + 1
+            pose = map_.pose(image, [keys[it] for it in around if 0 <= it < len(keys)])
             placed += [(stamp_ns, pose)] if pose is not None else []
         return placed
 
