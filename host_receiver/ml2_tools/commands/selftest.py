@@ -23,18 +23,17 @@ from ml2_receiver.printable import markup
 
 from ..headset import app
 from ..headset.adb import adb
-from ..selftest.sessions import STEPS, record_step, temporary_folder
+from ..selftest.sessions import SECONDS, STEPS, record_step, temporary_folder
 from ..selftest.simulated import simulated_headset
 from ..selftest.verdict import Verdict, as_objects
 from .optional_packages import optional_packages
 from .set import value_of
 
-_STEP_S = 10.0
 # A value that is so many times the tolerated distance away is not by chance.
 _CERTAIN_MARGIN = 5.0
 _MARKS = {"as assumed": "[green]as assumed[/]", "differs": "[red]differs[/]"}
 _EPILOG = """\
-Records four sessions of some 10 s, and judges by them what this program assumes about the headset;
+Records four sessions of 6 to 10 s, and judges by them what this program assumes about the headset;
 docs/unconfirmed.md has the list. Nobody has to do anything; with the headset on a turning head it
 finds out more. The report is written after each step, so that Ctrl-C keeps what was found. It has
 no images, keys, addresses or serial numbers.
@@ -110,9 +109,10 @@ def _test(options: argparse.Namespace) -> list[Verdict]:
     with temporary_folder() as folder, _headset(options, folder) as it:
         receiver_options, read_log, own_names, is_running = it
         for number, step in enumerate(steps, 1):
-            with Console(stderr=True).status(f"{number} of {len(steps)}: {step}, {_STEP_S:.0f} s"):
+            words = f"{number} of {len(steps)}: {step}"
+            with Console(stderr=True).status(f"{words}, {SECONDS[step]:.0f} s"):
                 try:
-                    walk = record_step(step, folder, _STEP_S, receiver_options, is_running)
+                    walk = record_step(step, folder, receiver_options, is_running)
                 except ReceiverError as error:
                     if is_running():
                         raise
@@ -126,8 +126,8 @@ def _test(options: argparse.Namespace) -> list[Verdict]:
                 verdicts = judge(evidence)
                 write_report(file, verdicts, evidence, data, names)
             counts = Counter(it.verdict for it in verdicts)
-            words = ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items()))
-            print(f"{number} of {len(steps)}: {step}: {words}", file=sys.stderr, flush=True)
+            found = ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items()))
+            print(f"{words}: {found}", file=sys.stderr, flush=True)
     print(f"wrote {file}: attach it to an issue", file=sys.stderr)
     return verdicts
 

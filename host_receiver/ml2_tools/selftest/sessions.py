@@ -62,6 +62,10 @@ STEPS: Mapping[str, Sections] = {
     },
 }
 
+# Seconds of each recording. The simulated head and fingers repeat after 4 s; a headset may take
+# some more to open all cameras.
+SECONDS: Mapping[str, float] = {"everything": 10, "video": 6, "other_modes": 6, "openxr": 8}
+
 _CONNECT_S, _END_S, _POLL_S = 60.0, 10.0, 0.5
 _KEPT_LINES = 200
 # Its standard input ends with the process that has started it, however that ends. What is killed
@@ -84,15 +88,15 @@ def temporary_folder() -> Iterator[Path]:
 def record_step(
     step: str,
     folder: Path,
-    duration_s: float,
     options: Sequence[str],
     is_running: Callable[[], bool],
 ) -> Path:
-    """Records a headset with the configuration of a step; returns the recording.
+    """Records a headset from the moment at which it has taken the configuration of a step.
+
+    Returns the recording.
 
     Args:
         folder: where configuration and recording go.
-        duration_s: from the moment at which the headset has taken the configuration.
         options: further ones of `ml2-receiver record`.
         is_running: returns False when no headset can connect any more.
 
@@ -125,7 +129,7 @@ def record_step(
                 f"no headset has connected; the receiver: {last}",
                 hint="Start the app (`ml2-receiver headset start`), and end other receivers.",
             )
-        time.sleep(duration_s)
+        time.sleep(SECONDS[step])
     finally:
         _end(receiver)
         reader.join()
