@@ -14,7 +14,7 @@ from xdist.scheduler import LoadScopeScheduling  # type: ignore[import-untyped]
 
 from full_load import FullLoad, full_load
 from processes import Received
-from simulation import SMALL
+from simulation import EYES, SMALL, STILL
 
 # Tests of one group run on one worker, one after another, so that a recording is made once. Two
 # groups have all loads that need a processor each, so that no more run at a time.
@@ -76,9 +76,15 @@ def flat(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
 
 @pytest.fixture(scope="session")
 def rig(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
-    folder = tmp_path_factory.mktemp("rig")
-    controller = {"backend": "openxr"}
-    return full_load(folder, tf={"layout": "rig"}, picture_center=SMALL, controller=controller)
+    """A load for tests that look at no pixels, and not at the eyes."""
+    return full_load(
+        tmp_path_factory.mktemp("rig"),
+        *STILL,
+        tf={"layout": "rig"},
+        picture_center=SMALL,
+        controller={"backend": "openxr"},
+        **{eye: {"enabled": False} for eye in EYES},
+    )
 
 
 @pytest.fixture(scope="session")

@@ -33,16 +33,18 @@ class FullLoad:
     left_out: dict[str, int]
 
 
-def full_load(folder: Path, **changes: dict[str, Any]) -> FullLoad:
+def full_load(folder: Path, *options: str, **changes: dict[str, Any]) -> FullLoad:
     """Runs all sensors until there are 5 s of readings, and 100 images of each camera.
 
     Args:
+        options: more of ml2-headset.
         changes: changes of the demo's configuration, by section.
     """
     config = folder / "everything.yaml"
     config.write_text(raw_config(**changes))
+    is_enough = have_arrived(_LEAST, of_others=1)
     truth = SimulatedTruth.now()
-    received = receive(config, [*EXACT], folder, is_enough=have_arrived(_LEAST, of_others=1))
+    received = receive(config, [*EXACT, *options], folder, is_enough=is_enough)
     assert not truth.clock_was_set()
     log = (folder / "receiver.log").read_text()
     return FullLoad(received, truth, log, left_out(folder / "headset.log"))

@@ -11,7 +11,7 @@ import yaml
 from capture_stamps import stamp_ns
 from configurations import only
 from other_programs import collect, streaming
-from processes import PREFIX, RECEIVER, draw_images, ended
+from processes import PREFIX, RECEIVER, ended
 from transforms import transforms
 from waiting import await_true
 
@@ -47,10 +47,7 @@ def test_the_rig_in_kalibr_yaml_is_the_one_in_the_transform_tree(tmp_path: Path)
     (tmp_path / "right.yaml").write_text(CALIBRATION)
     options = [f"--{name.replace('_', '-')}={value}" for name, value in NOISE.items()]
     export: list[str | Path] = [RECEIVER, "export", "--kalibr", out, "--imu", "imu_left", *options]
-    loop_seconds = "2"
-    # Cameras that draw while they stream are rarely exposed together.
-    draw_images(config, ("--simulate", f"loop_seconds={loop_seconds}"), tmp_path)
-    with streaming(config, tmp_path, loop_seconds=loop_seconds) as domain:
+    with streaming(config, tmp_path, still_images="1") as domain:
         topics = {"/tf": "tf2_msgs/msg/TFMessage"} | dict.fromkeys(
             ("world_left/camera_info", "color/camera_info"), "sensor_msgs/msg/CameraInfo"
         )

@@ -8,7 +8,7 @@ from pathlib import Path
 from configurations import only
 from counters import assert_counters_agree, await_more
 from processes import full_name, headset_command, line_with
-from simulation import SIMULATE, simulate
+from simulation import SIMULATE, STILL, simulate
 from waiting import await_true
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
@@ -38,7 +38,7 @@ def test_a_camera_that_fails_is_reported_and_recovers(tmp_path: Path) -> None:
     config.write_text(CONFIG)
     with (
         waiting_receiver(config, tmp_path) as waiting,
-        waiting.started("headset", headset_command(waiting.address, *SIMULATE)) as headset,
+        waiting.started("headset", headset_command(waiting.address, *STILL, *SIMULATE)) as headset,
     ):
         await_more(waiting.subscriber, IMAGE)
         simulate(headset, "fault.world.gte=1")

@@ -25,6 +25,7 @@ from processes import (
     receive_command,
 )
 from proxy import Proxy
+from simulation import STILL
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 CONFIG = only("eye_nasal_left: {enabled: true}, other_sensors: {enabled: true}")
@@ -113,7 +114,7 @@ def test_a_slow_link_drops_images_and_counts_them(
     def link(address: str) -> Proxy:
         return Proxy(address, bytes_per_s)
 
-    received = receive(config, [], tmp_path, link, is_enough=has_dropped)
+    received = receive(config, [*STILL], tmp_path, link, is_enough=has_dropped)
     assert_counters_agree(received)
     assert dropped(received, image, "queue_full") > 20
     assert received.counters(GYRO)["gaps"] == str(dropped(received, GYRO, "source_late"))

@@ -28,6 +28,7 @@ from processes import (
     receive_command,
 )
 from proxy import Proxy
+from simulation import STILL
 
 CONFIG = only("world_center: {enabled: true}, eye_nasal_left: {enabled: true}")
 IMAGE = "world_center/image_raw"
@@ -59,7 +60,7 @@ def test_a_listener_between_them_reads_nothing_unless_both_are_insecure(
 
     security = paired(tmp_path) if is_encrypted else PLAINTEXT
     enough = have_arrived({IMAGE: 3, EYE: 1})
-    received = receive(config, [], tmp_path, capturing, security=security, is_enough=enough)
+    received = receive(config, [*STILL], tmp_path, capturing, security=security, is_enough=enough)
     images = received.messages(IMAGE)
     assert images
     assert received.messages(EYE), "eye images are not withheld"
@@ -85,7 +86,7 @@ def test_a_headset_sends_no_eye_images_in_plaintext_even_if_the_receiver_allows_
 ) -> None:
     security = Security(PLAINTEXT.receiver, ("--insecure",))
     enough = have_arrived({IMAGE: 1})
-    received = receive(config, [], tmp_path, security=security, is_enough=enough)
+    received = receive(config, [*STILL], tmp_path, security=security, is_enough=enough)
     assert received.messages(IMAGE)
     assert f"{PREFIX}/{EYE}" not in received.topics
     assert "eye_nasal_left refused: 'eye images are" in (tmp_path / "receiver.log").read_text()

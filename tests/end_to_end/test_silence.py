@@ -22,8 +22,8 @@ from capture_stamps import stamp_ns
 from counters import Snapshot
 from ml2_receiver.topics.judgement import read_judgements
 from ml2_receiver.topics.stamps import stamp_reader
-from processes import Received, draw_images, headset_command
-from simulation import SIMULATE, SMALL, compressed_config, simulate
+from processes import Received, headset_command
+from simulation import SIMULATE, SMALL, STILL, compressed_config, simulate
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 # One camera of each kind
@@ -69,10 +69,9 @@ def silence(tmp_path_factory: pytest.TempPathFactory) -> Silence:
     folder = tmp_path_factory.mktemp("silence")
     config = folder / "config.yaml"
     config.write_text(CONFIG)
-    draw_images(config, (), folder)
     with (
         waiting_receiver(config, folder) as waiting,
-        waiting.started("headset", headset_command(waiting.address, *SIMULATE)) as headset,
+        waiting.started("headset", headset_command(waiting.address, *STILL, *SIMULATE)) as headset,
     ):
         waiting.await_snapshot(are_running)
         begin_ns = time.time_ns()

@@ -31,7 +31,7 @@ from processes import (
     receive_command,
 )
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
-from simulation import CAMERAS, EYES, image_topic, raw_config
+from simulation import CAMERAS, EYES, STILL, image_topic, raw_config
 from waiting import LIMIT_S
 
 THESIS_CONFIG = ROOT / "host_receiver" / "test" / "data" / "thesis_config.yaml"
@@ -177,7 +177,7 @@ def variant(tmp_path_factory: pytest.TempPathFactory) -> Received:
         )
     )
     is_enough = have_arrived({"custom/app_uptime": 11}, of_others=1)
-    return receive(config, [], folder, is_enough=is_enough)
+    return receive(config, [*STILL], folder, is_enough=is_enough)
 
 
 def test_mixed_reality_and_raw_depth_replace_color_and_depth(variant: Received) -> None:

@@ -29,7 +29,7 @@ def test_while_the_head_is_not_tracked_there_are_images_but_no_transforms(tmp_pa
     config = tmp_path / "config.yaml"
     config.write_text(five_cameras())
     least = have_arrived({image_topic(camera): 21 for camera in CAMERAS})
-    received = receive(config, ["--simulate", LOST], tmp_path, is_enough=least)
+    received = receive(config, [*STILL, "--simulate", LOST], tmp_path, is_enough=least)
     for camera in CAMERAS:
         assert len(stamps_of(received, camera)) > 20
     assert received.messages("/tf") == []
@@ -69,7 +69,7 @@ def test_a_late_subscriber_gets_the_mountings(tmp_path: Path) -> None:
     late_folder.mkdir()
     with contextlib.ExitStack() as stack:
         waiting = stack.enter_context(waiting_receiver(config, tmp_path))
-        with waiting.started("headset", headset_command(waiting.address)):
+        with waiting.started("headset", headset_command(waiting.address, *STILL)):
             await_log(waiting, f"the mounting of {CAMERA} is stable")
             subscriber = stack.enter_context(subscribing(waiting.environment, late_folder))
             await_snapshot(subscriber, have_arrived({"/tf_static": 1, image_topic(CAMERA): 1}))
