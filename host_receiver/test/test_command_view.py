@@ -129,6 +129,7 @@ def test_a_browser_sees_the_state_and_images_that_change(watched: View) -> None:
 def test_it_gives_way_to_the_receiver(watched: View) -> None:
     own = os.getpriority(os.PRIO_PROCESS, 0)
     assert os.getpriority(os.PRIO_PROCESS, watched.process.pid) == min(own + 5, 19)
+    assert os.sched_getscheduler(watched.process.pid) == os.SCHED_BATCH
 
 
 def test_depth_comes_in_colours_with_a_scale(watched: View) -> None:

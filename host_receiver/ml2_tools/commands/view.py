@@ -122,8 +122,11 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Backend]]:
 
     with found_receiver(options.name, PATIENCE_S) as node:
         receiver = node.node_name(options.name, PATIENCE_S)
-    # Processors that are full serve the receiver and its subscribers first
+    # Processors that are full serve the receiver and its subscribers first: a message that wakes
+    # this process interrupts nobody.
     os.nice(_NICENESS)
+    if sys.platform == "linux":
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     source = LiveSource(options.name)
     view = View(source, options.name, options.eyes)
     pairing = PagePairing(view, lambda: _pairing_offer(options))
