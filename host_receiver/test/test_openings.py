@@ -383,26 +383,33 @@ def test_the_kernel_tells_what_is_under_way() -> None:
 
 
 class VirtualLink:
-    """A link of a rate in B/s and a round trip in s, with a queue, in virtual time."""
+    """A link of a rate in B/s and a round trip in s, with a queue, in virtual time.
 
-    def __init__(self, rate: float, round_trip_s: float) -> None:
+    Images take `images` of its rate: they come 30 times a second, and are sent in 20 ms.
+    """
+
+    def __init__(self, rate: float, round_trip_s: float, images: float = 0) -> None:
         self.rate, self._round_trip_s = rate, round_trip_s
         self.now_s = self._free_s = 0.0
         self._unacknowledged: deque[tuple[float, int]] = deque()
         self.written = self.delivered = 0
+        self._images = images
+        self.longest_s = 0.0
 
     def sleep(self, seconds: float) -> None:
         self.now_s += seconds
+        if self.now_s % (1 / 30) < 0.02:
+            self._free_s = max(self.now_s, self._free_s) + seconds * self._images / 0.6
+            self.longest_s = max(self.longest_s, self._free_s - self.now_s)
 
-    def write(self, length: int) -> float:
-        """Returns how long its first byte waits for the link."""
+    def write(self, length: int) -> None:
         begin_s = max(self.now_s, self._free_s)
+        self.longest_s = max(self.longest_s, begin_s - self.now_s)
         self.written += length
         for begin in range(0, length, SEGMENT):
             segment = min(SEGMENT, length - begin)
             self._free_s = max(self.now_s, self._free_s) + segment / self.rate
             self._unacknowledged.append((self._free_s + self._round_trip_s, segment))
-        return begin_s - self.now_s
 
     def unacknowledged(self) -> int:
         while self._unacknowledged and self._unacknowledged[0][0] <= self.now_s:
@@ -414,12 +421,16 @@ class VirtualLink:
 
     def fill(self, pacing: Pacing, seconds: float) -> tuple[float, float]:
         """Returns the used part of the link, and the longest queue in s."""
-        end_s, before, longest_s = self.now_s + seconds, self.delivered, 0.0
+        end_s, before, self.longest_s = self.now_s + seconds, self.delivered, 0.0
         while self.now_s < end_s:
-            pacing.wait(SLICE)
-            longest_s = max(longest_s, self.write(SLICE))
-            pacing.written(SLICE)
-        return (self.delivered - before) / (self.rate * seconds), longest_s
+            pacing.send(bytes(SLICE), lambda piece: self.write(len(piece)))
+        return (self.delivered - before) / (self.rate * seconds), self.longest_s
+
+
+def paced(link: VirtualLink) -> Pacing:
+    pacing = Pacing(lambda: False, lambda: link.now_s, link.sleep)
+    pacing.add(link)
+    return pacing
 
 
 @pytest.mark.parametrize("mbit_per_s", [10, 30, 100, 300, 1000])
@@ -428,9 +439,8 @@ def test_large_messages_fill_a_link_and_have_a_queue_of_3_ms_in_it(
     mbit_per_s: int, round_trip_ms: int
 ) -> None:
     link = VirtualLink(mbit_per_s * 1e6 / 8, round_trip_ms / 1e3)
-    pacing = Pacing(lambda: False, lambda: link.now_s, link.sleep)
-    pacing.add(link)
-    link.fill(pacing, 1)
+    pacing = paced(link)
+    link.fill(pacing, 2)
     used, longest_s = link.fill(pacing, 1)
     assert used > 0.9
     # A slice is written whole, and the rate is known to a slice in 20 ms
@@ -439,6 +449,27 @@ def test_large_messages_fill_a_link_and_have_a_queue_of_3_ms_in_it(
     link.fill(pacing, 0.5)
     _, longest_s = link.fill(pacing, 1)
     assert longest_s < 0.0035 + 2 * SLICE / link.rate
+
+
+@pytest.mark.parametrize("round_trip_ms", [10, 30, 60])
+def test_large_messages_leave_bursts_of_images_room_on_the_same_link(round_trip_ms: int) -> None:
+    link = VirtualLink(100e6 / 8, round_trip_ms / 1e3, images=0.5)
+    pacing = paced(link)
+    link.fill(pacing, 2)
+    used, longest_s = link.fill(pacing, 1)
+    assert used > 0.4
+    assert longest_s < 0.012
+
+
+def test_rests_between_messages_do_not_slow_them() -> None:
+    link = VirtualLink(300e6 / 8, 0.01)
+    pacing = paced(link)
+    for _ in range(20):
+        began_s = link.now_s
+        pacing.send(bytes(300_000), lambda piece: link.write(len(piece)))
+        took_s = link.now_s - began_s
+        link.sleep(0.1 - took_s)
+    assert took_s < 0.03
 
 
 def test_messages_beyond_max_hz_have_no_number(
