@@ -60,9 +60,14 @@ PLAINTEXT = Security(_INSECURE, _INSECURE)
 
 def paired(folder: Path) -> Security:
     """Pairs a receiver and a headset; returns their options, with keys in `folder`."""
-    keys = Security(("--keys", folder / "receiver"), ("--keys", folder / "headset"))
+    keys = with_keys(folder)
     pair([RECEIVER, "pair", *keys.receiver], [HEADSET, *keys.headset])
     return keys
+
+
+def with_keys(folder: Path) -> Security:
+    """Returns the options of a receiver and a headset that have their keys in `folder`."""
+    return Security(("--keys", folder / "receiver"), ("--keys", folder / "headset"))
 
 
 @dataclass(frozen=True)

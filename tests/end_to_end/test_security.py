@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from processes import (
     process,
     receive,
     receive_command,
+    with_keys,
 )
 from proxy import Proxy
 from simulation import STILL
@@ -48,9 +50,23 @@ def config(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The keys of a receiver and a headset that are paired."""
+    folder = tmp_path_factory.mktemp("keys")
+    paired(folder)
+    return folder
+
+
+@pytest.fixture
+def security(keys: Path, tmp_path: Path) -> Security:
+    """The options of a paired receiver and headset, whose keys nobody else has."""
+    return with_keys(shutil.copytree(keys, tmp_path / "keys"))
+
+
 @pytest.mark.parametrize("is_encrypted", [True, False])
 def test_a_listener_between_them_reads_nothing_unless_both_are_insecure(
-    config: Path, tmp_path: Path, is_encrypted: bool
+    config: Path, security: Security, tmp_path: Path, is_encrypted: bool
 ) -> None:
     proxies = []
 
@@ -58,9 +74,9 @@ def test_a_listener_between_them_reads_nothing_unless_both_are_insecure(
         proxies.append(Proxy(address, captures=True))
         return proxies[0]
 
-    security = paired(tmp_path) if is_encrypted else PLAINTEXT
+    used = security if is_encrypted else PLAINTEXT
     enough = have_arrived({IMAGE: 3, EYE: 1})
-    received = receive(config, [*STILL], tmp_path, capturing, security=security, is_enough=enough)
+    received = receive(config, [*STILL], tmp_path, capturing, security=used, is_enough=enough)
     images = received.messages(IMAGE)
     assert images
     assert received.messages(EYE), "eye images are not withheld"
@@ -93,10 +109,9 @@ def test_a_headset_sends_no_eye_images_in_plaintext_even_if_the_receiver_allows_
 
 
 def test_another_receiver_at_the_address_is_refused_with_a_message(
-    config: Path, tmp_path: Path
+    config: Path, security: Security, tmp_path: Path
 ) -> None:
     environment = isolated_environment()
-    security = paired(tmp_path)
     with contextlib.ExitStack() as stack:
         run = receive_command(config, "127.0.0.1:0", security=security)
         with process(run, environment, tmp_path / "receiver.log") as receiver:
@@ -111,10 +126,9 @@ def test_another_receiver_at_the_address_is_refused_with_a_message(
 
 
 def test_a_headset_that_is_not_paired_is_refused_with_a_message(
-    config: Path, tmp_path: Path
+    config: Path, security: Security, tmp_path: Path
 ) -> None:
     environment = isolated_environment()
-    security = paired(tmp_path)
     unpair = [RECEIVER, "unpair", *security.receiver]
     list_paired = [RECEIVER, "devices", "--paired", "--json", *security.receiver]
     run = receive_command(config, "127.0.0.1:0", security=security)
