@@ -38,7 +38,7 @@ class ForkedPython(subprocess.Popen[str]):
 
     def _execute_child(self, args: list[str], *given: Any) -> None:
         _, _, _, _, cwd, environ, _, _, _, *pipes = given
-        # Those of this process, unless others are given
+        # Inherited, unless others are given
         streams = [it if it != -1 else n for n, it in enumerate((pipes[0], pipes[3], pipes[5]))]
         request = json.dumps([args, str(cwd or Path.cwd()), environ or {**os.environ}]).encode()
         with _one_at_a_time:
