@@ -57,6 +57,7 @@ def starts(tmp_path_factory: pytest.TempPathFactory) -> Received:
             command = headset_command(address, *options)
             with process(command, environment, folder / f"headset_{number}.log") as headset:
                 await_more(subscriber, "markers", 20)
+                await_more(subscriber, "map/state", 2)  # one each second: it is localized by then
                 if number < STARTS - 1:
                     headset.kill()
         return result(subscriber, folder)
