@@ -1,4 +1,3 @@
-import os
 import re
 import signal
 from contextlib import suppress
@@ -24,7 +23,7 @@ def segments(process: int) -> list[Path]:
     open_files = set()
     for descriptor in Path(f"/proc/{process}/fd").iterdir():
         with suppress(FileNotFoundError):  # it has just been closed
-            open_files.add(os.readlink(descriptor))
+            open_files.add(str(descriptor.readlink()))
     return [Path(name) for name in mapped if f"{name}_el" in open_files]
 
 
