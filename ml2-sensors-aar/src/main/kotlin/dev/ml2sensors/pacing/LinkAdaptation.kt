@@ -32,8 +32,8 @@ internal class LinkState(
  *   much as the present one. Where the pacing allows none, a little more is tried: only images that wait show what a link
  *   carries.
  * - A step up after which images are dropped again, though the link carries what it did before, is taken back, as far as
- *   what the link delivered needs. The next wait is longer: 30 s, then twice as long each time, to 4 min; and then only a
- *   little more is tried.
+ *   what the link delivered needs. For a minute, then for twice as long each time, to 4 min, no more is tried than what
+ *   the link then delivered, unless the pacing allows much more than it did.
  *
  * Times are of one monotonic clock, in ns. Not thread-safe.
  */
@@ -44,13 +44,19 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     var level: Int = (0..steps.size).first { level -> streams.all { setting(it, level).isWithin(it.present) } }
         private set
 
-    /** A step up; if it was taken back, [carried] is what the link then delivered, in B/s. */
-    private class Raise(val from: Int, val atNanos: Long, var carried: Double? = null)
+    /** A step up when the pacing allowed [allowed] B/s. */
+    private class Raise(val from: Int, val atNanos: Long, val allowed: Double)
+
+    /** A step up to [to] that was taken back: the link delivered [carried], the pacing had allowed [allowed] B/s. */
+    private class Mistake(val from: Int, val to: Int, val atNanos: Long, val carried: Double, val allowed: Double)
 
     private val deliveries = Deliveries()
     private var steadySinceNanos = nowNanos
     private var calmSinceNanos = nowNanos
+
+    /** The last step up; null if it was taken back. */
     private var raised: Raise? = null
+    private var mistake: Mistake? = null
 
     /** The number of steps up that were taken back since the last right one, or since the link became worse. */
     private var mistakes = 0
@@ -66,7 +72,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         val waitedNanos = link.waitingSinceNanos?.let { nowNanos - maxOf(it, steadySinceNanos) } ?: 0
         val isPressed = waitedNanos >= PRESSURE_NANOS
         if (isPressed || link.isUnsettled) calmSinceNanos = nowNanos
-        val isBacklog = waitedNanos < BACKLOG_NANOS && needed(level) < link.allowedBytesPerSecond
+        val isBacklog = waitedNanos < backlogNanos(link.allowedBytesPerSecond, nowNanos)
         val next = when {
             !isPressed -> raise(link.allowedBytesPerSecond, nowNanos)
             isBacklog -> level
@@ -80,6 +86,17 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         return true
     }
 
+    /** Returns for how long images may wait, if the link carries the present level and they only send a backlog. */
+    private fun backlogNanos(allowed: Double, nowNanos: Long): Long {
+        val mistake = mistake
+        val isTakenBack = mistake != null && mistake.from == level && nowNanos - mistake.atNanos < RELATED_NANOS
+        return when {
+            isTakenBack -> PATIENCE_NANOS
+            needed(level) < allowed -> BACKLOG_NANOS
+            else -> 0
+        }
+    }
+
     private fun lower(nowNanos: Long): Int {
         val delivered = deliveries.bytesPerSecond() ?: return level
         if (!deliveries.hasDrops) return level
@@ -91,32 +108,44 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     /** Returns the level before a recent step up that was a mistake; null if there was none. */
     private fun takenBack(delivered: Double, nowNanos: Long): Int? {
         val last = raised?.takeIf { nowNanos - it.atNanos < RELATED_NANOS } ?: return null
+        raised = null
         if (delivered < WORSE_LINK * needed(last.from)) {
-            raised = null
+            mistake = null
             mistakes = 0
             return null
         }
-        if (last.carried != null) return null
-        last.carried = delivered
+        mistake = Mistake(last.from, level, nowNanos, delivered, last.allowed)
         mistakes = minOf(mistakes + 1, MOST_MISTAKES)
         return last.from
     }
 
     private fun raise(allowed: Double, nowNanos: Long): Int {
+        val calmNanos = nowNanos - maxOf(calmSinceNanos, steadySinceNanos)
+        if (level == 0 || calmNanos < PATIENCE_NANOS) return level
         val last = raised
-        val mistake = last?.carried
-        if (last != null && mistake == null && nowNanos - last.atNanos > RELATED_NANOS) mistakes = 0
+        if (last != null && nowNanos - last.atNanos > RELATED_NANOS) mistakes = 0
+        val most = mostCarried(allowed, nowNanos)
+        val fitting = minOf(UP_TARGET * allowed, HIGHEST_STEP * needed(level))
+        val target = minOf(most, maxOf(fitting, TRIED_STEP * needed(level)))
+        val first = if (most.isInfinite()) 0 else checkNotNull(mistake).to + 1
+        val fitsAt = (first until level).firstOrNull { needed(it) <= target }
+        val next = when {
+            most.isInfinite() -> fitsAt ?: (level - 1)
+            fitsAt != null && needed(fitsAt) > LEAST_STEP * needed(level) -> fitsAt
+            else -> level
+        }
+        if (next < level) raised = Raise(level, nowNanos, allowed)
+        return next
+    }
+
+    /** Returns what the link is known to carry at most, in B/s, by a mistake that still counts. */
+    private fun mostCarried(allowed: Double, nowNanos: Long): Double {
+        val mistake = mistake ?: return Double.POSITIVE_INFINITY
         // The more often that was wrong, the more the pacing must allow until it is believed
         val doublings = maxOf(0, mistakes - 1)
-        val isBetter = mistake != null && allowed > BETTER_LINK * (1 shl doublings) * mistake
-        val isCareful = mistake != null && !isBetter
-        val calmNanos = nowNanos - maxOf(calmSinceNanos, steadySinceNanos)
-        val patienceNanos = if (isCareful) LONG_PATIENCE_NANOS shl doublings else PATIENCE_NANOS
-        if (level == 0 || calmNanos < patienceNanos) return level
-        raised = Raise(level, nowNanos)
-        val fitting = if (isCareful) 0.0 else minOf(UP_TARGET * allowed, HIGHEST_STEP * needed(level))
-        val target = maxOf(fitting, TRIED_STEP * needed(level))
-        return (0 until level).firstOrNull { needed(it) <= target } ?: (level - 1)
+        val isBetter = allowed > BETTER_LINK * (1 shl doublings) * maxOf(mistake.carried, mistake.allowed)
+        val isOver = nowNanos - mistake.atNanos > LONG_PATIENCE_NANOS shl doublings
+        return if (isBetter || isOver) Double.POSITIVE_INFINITY else DOWN_TARGET * mistake.carried
     }
 
     /** Returns what all images need at a level, in B/s. */
@@ -132,10 +161,10 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         const val BACKLOG_NANOS = 2_000_000_000L
         const val SETTLING_NANOS = 1_000_000_000L
         const val PATIENCE_NANOS = 5_000_000_000L
-        const val LONG_PATIENCE_NANOS = 30_000_000_000L
+        const val LONG_PATIENCE_NANOS = 60_000_000_000L
 
         /** After so many, the wait is four minutes. */
-        const val MOST_MISTAKES = 4
+        const val MOST_MISTAKES = 3
 
         /** A step down so soon after one up takes it back; one up that lasted longer was right. */
         const val RELATED_NANOS = 60_000_000_000L
@@ -143,7 +172,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         /** A link that carries less than this part of what it did before a step up has become worse. */
         const val WORSE_LINK = 0.7
 
-        /** A link that may carry so many times what it did when a step up was taken back has become better. */
+        /** A link has become better if the pacing allows so many times what it carried, and allowed, at a mistake. */
         const val BETTER_LINK = 1.5
 
         /** The pacing goes down to 0.85 of the link's rate for moments, which the queues of images bridge. */
@@ -151,6 +180,9 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         const val UP_TARGET = 0.8
         const val DEEPEST_STEP = 3
         const val HIGHEST_STEP = 3
+
+        /** Less more is not worth a step while a mistake counts. */
+        const val LEAST_STEP = 1.05
 
         /** So much more than before is tried where the pacing does not allow a step. */
         const val TRIED_STEP = 1.15
