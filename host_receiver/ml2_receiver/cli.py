@@ -19,7 +19,12 @@ import shtab
 
 from .commands.options import completion_functions
 from .commands.ros_start import ros_args_of
-from .commands.stopping import heed_interrupts, limit_interrupts
+from .commands.stopping import (
+    INTERRUPTED,
+    end_interrupted,
+    heed_interrupts,
+    limit_interrupts,
+)
 from .errors import ReceiverError
 from .generated.version import VERSION
 
@@ -114,6 +119,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     heed_interrupts()
     _open_missing_outputs()
+    is_own_process = arguments is None
     if arguments is None:
         limit_interrupts()
         _lose_unwritable_errors()
@@ -121,7 +127,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _run(arguments)
     except KeyboardInterrupt:
-        return 128 + signal.SIGINT
+        if is_own_process:
+            end_interrupted()
+        return INTERRUPTED
     except BrokenPipeError:
         if not _is_unread(sys.stdout):
             raise

@@ -1,6 +1,7 @@
 """Stops commands on signals."""
 
 import _thread
+import atexit
 import functools
 import os
 import signal
@@ -10,6 +11,7 @@ from typing import NoReturn
 
 from ..stop_limit import STOP_LIMIT
 
+INTERRUPTED = 128 + signal.SIGINT
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # Longer than such a callback takes.
 _AGAIN_S = 0.01
@@ -42,6 +44,18 @@ def _interrupt_again(unraisable: "sys.UnraisableHookArgs") -> None:
         threading.Timer(_AGAIN_S, os.kill, (os.getpid(), signal.SIGINT)).start()
     else:
         sys.__unraisablehook__(unraisable)
+
+
+def end_interrupted() -> NoReturn:
+    """Ends this process with the exit code of an interrupted program; in the handler of its error.
+
+    The interrupt may have come while an object of ROS was made, whose threads then run until the
+    end. Python's own end would destroy what they use, and the process would crash.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    atexit._run_exitfuncs()
+    sys.stderr.flush()
+    os._exit(INTERRUPTED)
 
 
 class _Hearing:
