@@ -58,6 +58,7 @@ class Ml2SensorsTest {
                 ends.forEach { it() }
                 while ("no answer" in reason()) Thread.yield()
                 assertContains(reason(), "this headset lists no single Headset Left Gyroscope sensor")
+                while (headset.thermal == null) Thread.yield()
                 assertEquals(Thermal.NONE, headset.thermal)
             }
         } finally {
