@@ -105,6 +105,35 @@ def test_keys_pause_seek_and_play(page: Page, walk: Path) -> None:
     page.wait_for_function(f"() => ({_POSITION})() > 2.8")
 
 
+# Decodes an image that a newer one overtakes, one that is skipped, and what is none.
+_OVERTAKEN = """
+async () => {
+  const { ImageDecoder } = await import("./image_decoder.js");
+  const decode = window.createImageBitmap, pixel = new ImageData(1, 1);
+  let first;
+  window.createImageBitmap = async (...given) => {
+    await new Promise((done) => first ? done() : (first = done));
+    return decode(...given);
+  };
+  const decoder = new ImageDecoder(), overtaken = decoder.decode(pixel), newer = await decoder.decode(pixel);
+  first();
+  const left = [await overtaken];
+  first = undefined;
+  const skipped = decoder.decode(pixel);
+  decoder.skip();
+  first();
+  left.push(await skipped);
+  const last = await decoder.decode(new Blob(["no image"]));
+  window.createImageBitmap = decode;
+  return [newer.width, ...left.map((it) => it === undefined), last];
+}
+"""
+
+
+def test_an_image_that_is_decoded_late_does_not_replace_a_newer_one(page: Page) -> None:
+    assert page.evaluate(_OVERTAKEN) == [1, True, True, None]
+
+
 def play_from_the_start(page: Page) -> None:
     """At the lowest speed, so that the end is not reached before a slow page has drawn images."""
     bar = page.get_by_role("group", name="Time line")

@@ -1,11 +1,13 @@
 // One image in full size, and the value of a pixel of it.
 import { setText } from "./elements.js";
+import { ImageDecoder } from "./image_decoder.js";
 
 const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 export class Enlarged {
   #dialog = document.getElementById("enlarged");
   #canvas = this.#dialog.querySelector("canvas");
+  #decoder = new ImageDecoder();
   #name = this.#dialog.querySelector("b");
   #value = this.#dialog.querySelector("output");
   #far = this.#dialog.querySelector(".scale span");
@@ -58,8 +60,12 @@ export class Enlarged {
   }
 
   async draw(stream, jpeg, farMetres) {
-    const image = await createImageBitmap(jpeg, { imageOrientation: "none" }).catch(() => null);
-    if (!image) return this.fail(stream, "the browser cannot read the image");
+    const image = await this.#decoder.decode(jpeg);
+    if (image === undefined) return;
+    if (!image) {
+      this.fail(stream, "the browser cannot read the image");
+      return;
+    }
     if (stream === this.#stream) {
       this.#canvas.width = image.width;
       this.#canvas.height = image.height;

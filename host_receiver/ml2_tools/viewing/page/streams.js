@@ -1,5 +1,6 @@
 // The grid of images. A tile asks for images only while it can be seen.
 import { element, setText } from "./elements.js";
+import { ImageDecoder } from "./image_decoder.js";
 
 const UNKNOWN = "–";
 
@@ -79,6 +80,7 @@ export class Streams {
 class Tile {
   isInView = false;
   #canvas = element("canvas");
+  #decoder = new ImageDecoder();
   #rate = element("p");
   #latency = element("p", "quiet");
   #stages = element("p", "quiet stages");
@@ -153,7 +155,8 @@ class Tile {
   }
 
   async draw(jpeg, farMetres) {
-    const image = await createImageBitmap(jpeg, { imageOrientation: "none" }).catch(() => null);
+    const image = await this.#decoder.decode(jpeg);
+    if (image === undefined) return undefined;
     if (!image) return this.fail("the browser cannot read the image");
     // A click may have hidden the image while it was decoded.
     if (this.isOn) {
@@ -171,7 +174,9 @@ class Tile {
   fail(reason) {
     this.#state.className = "level-2";
     setText(this.#state, reason);
-    if (!reason) this.#clear();
+    if (reason) return;
+    this.#decoder.skip();
+    this.#clear();
   }
 
   #label() {
