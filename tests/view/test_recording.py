@@ -115,7 +115,8 @@ async () => {
     await new Promise((done) => first ? done() : (first = done));
     return decode(...given);
   };
-  const decoder = new ImageDecoder(), overtaken = decoder.decode(pixel), newer = await decoder.decode(pixel);
+  const decoder = new ImageDecoder(), overtaken = decoder.decode(pixel);
+  const newer = await decoder.decode(pixel);
   first();
   const left = [await overtaken];
   first = undefined;
