@@ -16,6 +16,7 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.ChannelBody
 import kotlinx.coroutines.CancellationException
+import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
@@ -35,11 +36,13 @@ import kotlin.time.Duration.Companion.seconds
  * The streams of one app instance over all its sessions: what is configured, what runs, and the counters.
  *
  * @param scope runs the pipelines.
+ * @param sources runs streams, whose sources may block, on threads that others do not wait for.
  */
 internal class ActiveStreams(
     headset: Headset,
     private val clock: HostClock,
     private val scope: CoroutineScope,
+    sources: CoroutineDispatcher = Dispatchers.IO.limitedParallelism(MOST_BLOCKED),
 ) : StreamControl {
     private class Running(
         val values: StreamValues,
@@ -47,9 +50,7 @@ internal class ActiveStreams(
         val job: Job,
     )
 
-    /** Runs streams, whose sources may block, on threads that others do not wait for. */
-    private val streamScope = scope + Dispatchers.IO.limitedParallelism(MOST_BLOCKED)
-
+    private val streamScope = scope + sources
     private val stopping = StoppingStreams()
 
     private val headset = DerivedStreamsHeadset(headset)
@@ -171,7 +172,11 @@ internal class ActiveStreams(
 
     private suspend fun remove(spec: StreamSpec) {
         running.remove(spec)
-        if (spec == StreamTable.tf) tree.end() else tree.remove(spec)
+        when (spec) {
+            StreamTable.tf -> tree.end()
+            StreamTable.custom -> custom.close()
+            else -> tree.remove(spec)
+        }
     }
 
     override suspend fun channels(): List<ChannelBody> =
@@ -226,10 +231,14 @@ internal class ActiveStreams(
             rechecking?.cancel()
             headWatch.end()
             accepted.clear()
+            endTopics()
             running.mapValues { (_, it) -> it.job }
         }
         stopping.end(local.take() + jobs)
     }
+
+    /** Closes the app's own topics, with the session. */
+    fun endTopics(): Unit = custom.endSession()
 
     /** Waits until a recording has been delivered completely; returns the reason. Live sensors never end. */
     suspend fun awaitEnd(): String {
@@ -243,7 +252,7 @@ internal class ActiveStreams(
         frameIds: FrameIds,
         outage: StreamState?,
     ) {
-        if (spec == StreamTable.custom) return custom.run()
+        if (spec == StreamTable.custom) return // The app is its source
         if (isRecording) {
             return playToItsEnd(spec) {
                 pipelines.run(spec, values, frameIds, headset.samples(spec, values))

@@ -3,7 +3,6 @@ package dev.ml2sensors.stream
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.table.StreamTable
-import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.channels.Channel
 
 /**
@@ -80,15 +79,14 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
         publishers.values.firstOrNull { it.channel.id == channel }?.refuse(reason)
     }
 
-    /** Runs until cancelled, then closes all topics. */
-    suspend fun run() {
-        try {
-            awaitCancellation()
-        } finally {
-            close()
-        }
-    }
-
+    /** Closes all topics until they are opened again. */
     @Synchronized
-    private fun close() = publishers.values.forEach { it.reset(servesApps) }
+    fun close(): Unit = publishers.values.forEach { it.reset(servesApps) }
+
+    /** Closes all topics. An [open] that is under way in the present session opens none. */
+    @Synchronized
+    fun endSession() {
+        session++
+        close()
+    }
 }

@@ -233,6 +233,7 @@ public class Ml2Streamer(
     }
 
     private suspend fun ended() {
+        active.endTopics()
         mutableState.value = StreamerState.Ended(stopReason.await())
         subscriptions.end()
         clients.end()
@@ -264,15 +265,14 @@ public class Ml2Streamer(
         }
     }
 
-    private fun session(receiver: ReceiverAddress) =
-        Session(
-            receiver,
-            security,
-            headset.clock,
-            hostClock,
-            active,
-            app = AllOpenings(subscriptions, clients, servers),
-        )
+    private fun session(receiver: ReceiverAddress) = Session(
+        receiver,
+        security,
+        headset.clock,
+        hostClock,
+        active,
+        app = AllOpenings(subscriptions, clients, servers),
+    )
 
     private fun hello() = Hello(
         listOf(FrameHeader.VERSION),

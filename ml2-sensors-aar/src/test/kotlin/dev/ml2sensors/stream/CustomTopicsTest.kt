@@ -1,9 +1,18 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.TEST_LIMIT
+import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.clock.TimeExchange
 import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.test.StandardTestDispatcher
+import kotlinx.coroutines.test.TestScope
+import kotlinx.coroutines.test.runTest
 import kotlinx.coroutines.withTimeout
+import kotlinx.coroutines.yield
 import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
@@ -95,13 +104,67 @@ class CustomTopicsTest {
         publisher.publishOnceOpen(1, fixture.now)
         session.configure(2, "{}")
         session.await(HostFrame.CHANNEL_END)
-        var accepted = 1
-        eventually { !publisher.publish(ByteBuffer.wrap(message(0)), fixture.now).also { if (it) accepted++ } }
+        assertFalse(publisher.publish(ByteBuffer.wrap(message(0)), fixture.now))
         session.configure(3, CUSTOM)
         session.start(3)
         publisher.publishOnceOpen(2, fixture.now)
-        assertContentEquals(message(2), session.awaitData("custom/temperature", accepted + 1)[accepted].body)
+        assertContentEquals(message(2), session.awaitData("custom/temperature", 2)[1].body)
         fixture.finish(session)
+    }
+
+    @Test
+    fun whatEndsBeforeItsStreamHasBegunEndsToo() = runTest {
+        val streams = streamsOnOneThread()
+        val publisher = streams.publisher("temperature", FLOAT, isLatched = false, isLarge = false, will = null)
+        streams.configure(ASKED, framePrefix = "", adapts = false)
+        streams.start(streams.channels().map { it.id }.toSet())
+        yield() // The stream has its turn after this test
+        assertTrue(publisher.publish(ByteBuffer.wrap(message(1)), captureNanos = 0))
+        streams.configure(emptyMap(), framePrefix = "", adapts = false)
+        assertFalse(publisher.publish(ByteBuffer.wrap(message(2)), captureNanos = 0))
+    }
+
+    @Test
+    fun aStartThatIsUnderWayAtTheEndOpensNothing() = runTest {
+        val streams = streamsOnOneThread()
+        val publisher = streams.publisher("temperature", FLOAT, isLatched = false, isLarge = false, will = null)
+        streams.configure(ASKED, framePrefix = "", adapts = false)
+        val known = streams.channels().map { it.id }.toSet()
+        streams.start(known)
+        yield()
+        assertTrue(publisher.publish(ByteBuffer.wrap(message(1)), captureNanos = 0))
+        streams.start(known)
+        streams.stopSources()
+        testScheduler.advanceUntilIdle()
+        assertFalse(publisher.publish(ByteBuffer.wrap(message(2)), captureNanos = 0))
+    }
+
+    /** The streams of a headset whose clock is known; one thread runs them and the test, in turns. */
+    private fun TestScope.streamsOnOneThread(): ActiveStreams {
+        val clock = HostClock { 0 }
+        repeat(16) { clock.add(TimeExchange(0, 0, 0, 0)) }
+        return ActiveStreams(fixture.headset, clock, backgroundScope, StandardTestDispatcher(testScheduler))
+    }
+
+    /** A lane that is not joined delays the end beyond the streamer's patience. */
+    @Test
+    fun nothingIsOpenAfterAStopThatDidNotEndTheSession() = runBlocking<Unit> {
+        val publisher = fixture.streamer.publisher("temperature", FLOAT)
+        fixture.streamer.start()
+        val session = fixture.host.awaitHello()
+        session.welcome(timeouts = """{"handshake_s": 60, "ping_s": 1, "dead_s": 60}""")
+        session.configure(1, CUSTOM)
+        session.start(1)
+        publisher.publishOnceOpen(1, fixture.now)
+        fixture.host.silentLanes += "depth"
+        val joined = session.frames(HostFrame.JOIN).size
+        session.write(
+            HostFrame.CONFIGURE,
+            """{"request": 2, "streams": {"custom": {}, "depth": {}}, "frame_prefix": ""}""",
+        )
+        session.await(HostFrame.JOIN, joined)
+        fixture.streamer.stop()
+        assertFalse(publisher.publish(ByteBuffer.wrap(message(2)), fixture.now))
     }
 
     @Test
@@ -238,7 +301,7 @@ class CustomTopicsTest {
     private suspend fun TopicPublisher.publishOnceOpen(number: Int, captureNanos: Long) =
         eventually { publish(ByteBuffer.wrap(message(number)), captureNanos) }
 
-    private suspend fun eventually(isSo: () -> Boolean) = withTimeout(StreamFixture.LIMIT) {
+    private suspend fun eventually(isSo: () -> Boolean) = withTimeout(TEST_LIMIT) {
         while (!isSo()) delay(1.milliseconds)
     }
 
@@ -247,6 +310,7 @@ class CustomTopicsTest {
     private companion object {
         const val FLOAT = "std_msgs/msg/Float32"
         const val CUSTOM = """{"custom": {}}"""
+        val ASKED = mapOf(StreamTable.custom.id to StreamTable.custom.defaultValues())
 
         /** Ahead, so that it is followed at once. */
         const val STEP_NANOS = 10_000_000_000L
