@@ -10,6 +10,8 @@ import dev.ml2sensors.wire.Event
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.launch
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
 
 /** Reports changes of head tracking as events. Used by one thread at a time. */
 internal class TrackingEvents(private val report: (Event) -> Unit) {
@@ -49,15 +51,14 @@ internal class HeadWatch(
 ) {
     private var job: Job? = null
 
-    /** Begins if [running] have poses in the world frame, and no `tf`. A watch before has ended. */
+    /** Held by one watch at a time, until the headset has let go of the poses. */
+    private val watching = Mutex()
+
+    /** Begins if [running] have poses in the world frame, and no `tf`; [end] was called before. */
     fun begin(running: Set<StreamSpec>) {
         val hasPoses = running.any { spec -> spec.topics.any { "/Pose" in it.type } }
         if (!hasPoses || StreamTable.tf in running) return
-        val before = job
-        job = scope.launch {
-            before?.join()
-            watch()
-        }
+        job = scope.launch { watching.withLock { watch() } }
     }
 
     fun end() {

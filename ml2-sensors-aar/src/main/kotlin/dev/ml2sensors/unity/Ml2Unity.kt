@@ -14,6 +14,7 @@ import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.CoroutineStart
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.ExperimentalCoroutinesApi
 import kotlinx.coroutines.Job
@@ -23,6 +24,8 @@ import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
 import kotlinx.serialization.json.Json
 import java.io.IOException
@@ -44,6 +47,9 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     private val headset = Ml2Sensors.open(app)
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
     private var run: UnityRun? = null
+
+    /** Held by one run at a time, until it has ended. */
+    private val running = Mutex()
     private var ending: Job? = null
     private var isClosed = false
     private var last = UnityStatus("ended", receiver = "", reason = "not started")
@@ -130,11 +136,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         inboxes.follow(next)
         publishers.follow(next.streamer)
         services.follow(next.streamer)
-        val before = ending
-        scope.launch {
-            before?.join()
-            next.run { changed() }
-        }
+        scope.launch { running.withLock { next.run { changed() } } }
         return true
     }
 
@@ -143,7 +145,8 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     fun stop() {
         val ended = run ?: return
         run = null
-        ending = scope.launch {
+        // Undispatched, so that the run is told even if this is closed before a thread is free
+        ending = scope.launch(start = CoroutineStart.UNDISPATCHED) {
             ended.stop()
             val status = ended.status()
             synchronized(this@Ml2Unity) { last = status }

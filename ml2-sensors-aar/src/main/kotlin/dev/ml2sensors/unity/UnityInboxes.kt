@@ -8,6 +8,8 @@ import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.launch
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
 import java.nio.ByteBuffer
 
 /**
@@ -30,6 +32,9 @@ internal class UnityInboxes(private val scope: CoroutineScope) {
     ) {
         val inbox = LocalInbox((keep as? Keep.All)?.depth ?: 1)
         var job: Job? = null
+
+        /** Held by the messages of one run at a time, until none comes any more. */
+        val following = Mutex()
 
         @Volatile
         var refusal = ""
@@ -76,18 +81,20 @@ internal class UnityInboxes(private val scope: CoroutineScope) {
     }
 
     private fun follow(subscription: Subscription, run: Topics) {
-        val before = subscription.job?.also { it.cancel() }
-        subscription.job = scope.launch {
-            before?.join()
-            subscription.refusal = ""
-            try {
-                val messages = with(subscription) { run.messages(topic, type, keep, maxHz, hash) }
-                messages.collect { subscription.inbox.add(it.message, it.publishedNanos ?: 0, it.number.toInt()) }
-            } catch (e: SubscriptionException) {
-                subscription.refusal = e.message.orEmpty()
-            } catch (e: IllegalArgumentException) { // The name, type or hash is none
-                subscription.refusal = e.message.orEmpty()
+        subscription.job?.cancel()
+        subscription.job = scope.launch { subscription.following.withLock { subscription.take(run) } }
+    }
+
+    private suspend fun Subscription.take(run: Topics) {
+        refusal = ""
+        try {
+            run.messages(topic, type, keep, maxHz, hash).collect {
+                inbox.add(it.message, it.publishedNanos ?: 0, it.number.toInt())
             }
+        } catch (e: SubscriptionException) {
+            refusal = e.message.orEmpty()
+        } catch (e: IllegalArgumentException) { // The name, type or hash is none
+            refusal = e.message.orEmpty()
         }
     }
 

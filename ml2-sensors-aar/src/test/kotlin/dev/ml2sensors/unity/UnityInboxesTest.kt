@@ -7,9 +7,11 @@ import dev.ml2sensors.capture.Simulation
 import dev.ml2sensors.ros.Keep
 import dev.ml2sensors.ros.Received
 import dev.ml2sensors.ros.SubscriptionException
+import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
+import kotlinx.coroutines.NonCancellable
 import kotlinx.coroutines.cancel
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.delay
@@ -17,6 +19,9 @@ import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.consumeAsFlow
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.test.runCurrent
+import kotlinx.coroutines.test.runTest
+import kotlinx.coroutines.withContext
 import kotlinx.coroutines.withTimeout
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
@@ -99,6 +104,27 @@ class UnityInboxesTest {
         eventually { inboxes.refusal(inbox) == "no name" }
         inboxes.follow(Run())
         eventually { inboxes.refusal(inbox) == "" }
+    }
+
+    @Test
+    fun aRunThatEndsBeforeItsTurnLetsNoOtherComeBesideTheOneBefore() = runTest {
+        val inboxes = UnityInboxes(backgroundScope)
+        inboxes.subscribe("/joints", "my_msgs/msg/Joints", "", 1, 0.0)
+        val isOver = CompletableDeferred<Unit>()
+        var begun = 0
+        val run = UnityInboxes.Topics { _, _, _, _, _ ->
+            begun++
+            flow { withContext(NonCancellable) { isOver.await() } }
+        }
+        inboxes.follow(run)
+        runCurrent()
+        repeat(2) { inboxes.follow(run) }
+        runCurrent()
+        assertEquals(1, begun)
+        isOver.complete(Unit)
+        runCurrent()
+        assertEquals(2, begun)
+        inboxes.close()
     }
 
     private fun test(block: suspend () -> Unit) = runBlocking { withTimeout(TEST_LIMIT) { block() } }

@@ -7,6 +7,9 @@ import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.unity.UnityProbe.Companion.state
 import dev.ml2sensors.unity.UnityProbe.Companion.streams
 import dev.ml2sensors.unity.UnityProbe.Companion.text
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.launch
 import kotlinx.serialization.json.Json
 import kotlinx.serialization.json.jsonArray
 import kotlinx.serialization.json.jsonObject
@@ -18,9 +21,11 @@ import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
+import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
 /** Tests the calls of C# with a headset that has a battery and nothing else, and a scripted receiver. */
@@ -65,6 +70,39 @@ class Ml2UnityTest {
             session("{}")
             probe.await { it.state == "connected" }
         }
+    }
+
+    /** A session whose receiver does not close its side takes a second to end. */
+    @Test
+    fun aStartWaitsForTheEndOfAllSessionsBefore() {
+        host.closesAfterBye = false
+        start("{}")
+        session("{}")
+        val ending = TimeSource.Monotonic.markNow()
+        ScriptedHost().use { unity.start(it.address.toString(), "{}", insecure = true) }
+        start("{}")
+        host.awaitHello()
+        assertTrue(ending.elapsedNow() >= 1.seconds, "the next session began after ${ending.elapsedNow()}")
+    }
+
+    @Test
+    fun closingEndsTheSessionThoughNoThreadIsFree() {
+        start("{}")
+        val session = session("{}")
+        val threads = maxOf(2, Runtime.getRuntime().availableProcessors())
+        val isBusy = CountDownLatch(threads)
+        val isFree = CountDownLatch(1)
+        repeat(threads) {
+            CoroutineScope(Dispatchers.Default).launch {
+                isBusy.countDown()
+                isFree.await()
+            }
+        }
+        isBusy.await()
+        unity.close()
+        Thread.getAllStackTraces().keys.filter { it.name == "ml2s close" }.forEach(Thread::join)
+        isFree.countDown()
+        assertEquals("""{"reason":"stopped"}""", session.await(HostFrame.BYE).body.decodeToString())
     }
 
     @Test
