@@ -97,9 +97,10 @@ internal class Subscriptions : AppOpenings {
         wanted.forEach { it.end() }
     }
 
-    override suspend fun serve(lanes: OpeningLanes?) {
-        synchronized(this) { open.clear() }
+    override suspend fun serve(lanes: OpeningLanes?): Unit = try {
         if (lanes == null) refuseAll() else follow(lanes)
+    } finally {
+        synchronized(this) { open.clear() }
     }
 
     private suspend fun refuseAll() {
