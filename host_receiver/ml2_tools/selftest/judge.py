@@ -238,11 +238,14 @@ _OTHERS: Mapping[str, Measure] = {
 
 def judge(evidence: Evidence) -> list[Verdict]:
     """Returns a verdict for each fact that recordings can tell."""
-    verdicts = [_judge_claim(fact, claim, evidence) for fact, claim in _CLAIMS.items()]
-    return [*verdicts, *(measure(fact, evidence) for fact, measure in _OTHERS.items())]
+    return [judge_fact(it, evidence) for it in (*_CLAIMS, *_OTHERS)]
 
 
-def _judge_claim(fact: str, claim: _Claim, evidence: Evidence) -> Verdict:
+def judge_fact(fact: str, evidence: Evidence) -> Verdict:
+    """Returns the verdict on one of these facts."""
+    if (measure := _OTHERS.get(fact)) is not None:
+        return measure(fact, evidence)
+    claim = _CLAIMS[fact]
     if claim.refuted_by and (found := evidence.first_reason(re.compile(claim.refuted_by))):
         return differs(fact, ": ".join(found), switch=claim.switch)
     for id, values in claim.needs:
