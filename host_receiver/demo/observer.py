@@ -40,6 +40,9 @@ from ml2_tools.live.faults import Faults
 from observed_topic import Observed
 
 RECEIVER_NODE = "/ml2_receiver"
+# If no message comes for so long at the end, those that are missing were lost. Fast DDS asks each 3 s
+# what is missing.
+_LAST_S = 4.0
 
 
 class Observer(Node):
@@ -152,6 +155,11 @@ class Observer(Node):
         self._raw_node.destroy_node()
         super().destroy_node()  # type: ignore[no-untyped-call]
 
+    @property
+    def count(self) -> int:
+        """The messages of all topics so far."""
+        return sum(it.count for it in self.topics.values())
+
     def awaits_more(self) -> bool:
         """True if the receiver published messages that have not arrived here."""
         return any(
@@ -235,8 +243,12 @@ def observe(
     while not observer.is_final.wait(timeout=period_s):
         print(json.dumps(observer.snapshot(final=False)), flush=True)
         on_snapshot()
-    deadline_s = time.monotonic() + 2.0
-    while observer.awaits_more() and time.monotonic() < deadline_s:
+    arrived, deadline_s = -1, 0.0
+    while observer.awaits_more():
+        if (count := observer.count) > arrived:
+            arrived, deadline_s = count, time.monotonic() + _LAST_S
+        elif time.monotonic() > deadline_s:
+            break
         time.sleep(0.05)
 
 
