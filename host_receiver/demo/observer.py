@@ -40,8 +40,8 @@ from ml2_tools.live.faults import Faults
 from observed_topic import Observed
 
 RECEIVER_NODE = "/ml2_receiver"
-# If no message comes for so long at the end, those that are missing were lost. Fast DDS asks each 3 s
-# what is missing.
+# If no message comes for so long at the end, those that are missing were lost. Fast DDS tells of
+# missing ones each 3 s.
 _LAST_S = 4.0
 
 

@@ -55,7 +55,7 @@ class Ended:
 def test_it_ends_with_the_last_message_or_when_no_more_come(
     monkeypatch: pytest.MonkeyPatch, times_s: list[float], lost: int, end_s: float
 ) -> None:
-    """What was lost on the way comes when Fast DDS asks for it, each 3 s."""
+    """A message that was lost on the way comes when Fast DDS tells of it, each 3 s."""
     ended = Ended(times_s, len(times_s) + lost)
     monkeypatch.setattr(observer, "time", ended)
     observe(cast(Any, ended))

@@ -75,7 +75,7 @@ def run(folder: Path) -> Received:
         await_snapshot(subscriber, have_arrived(dict.fromkeys(IMAGES.values(), 1)))
         for is_enabled, camera in ((False, "color"), (True, "depth")):
             assert ask("enable", "depth_center", is_enabled) == [True, ""]
-            # Of those that come now, a busy machine may have captured some before
+            # A busy machine may have captured some before that come now
             await_more(subscriber, IMAGES[camera], 2 * COUNT)
         assert ask("set", {"battery.enabled": True}) == [[True, ""]]
         await_snapshot(subscriber, lambda it: "battery" in read_judgements(it["session"]))
