@@ -94,9 +94,11 @@ def located(
 
 def assert_on_walls(points: NDArray[np.float64], pose: Matrix, room: Room) -> None:
     """Asserts that most points, in the frame at `pose`, are on walls, and none behind a wall."""
-    into_room_m = (points @ pose[:3, :3].T + pose[:3, 3]) @ room.normals.T - room.offsets_m
-    assert into_room_m.min() > -0.01, "nothing is behind a wall"
-    assert (into_room_m.min(axis=1) < 0.01).mean() > 0.6
+    normals = room.normals @ pose[:3, :3]
+    offsets_m = room.offsets_m - room.normals @ pose[:3, 3]
+    from_wall_m = (normals @ points.T - offsets_m[:, None]).min(axis=0)
+    assert from_wall_m.min() > -0.01, "nothing is behind a wall"
+    assert (from_wall_m < 0.01).mean() > 0.6
 
 
 def floats(image: Any) -> NDArray[np.float32]:
@@ -150,10 +152,12 @@ def tag_parts(
     side_m = float(np.linalg.norm(across))
     normal = np.cross(across, along) / side_m**2
     near = np.flatnonzero(np.abs(points @ normal - origin @ normal) < 0.02)
-    u = (points[near] - origin) @ across / side_m**2
-    v = (points[near] - origin) @ along / side_m**2
-    from_centre = np.maximum(np.abs(u - 0.5), np.abs(v - 0.5))
     cell = 1 / 6
+    u = (points[near] - origin) @ across / side_m**2 - 0.5
+    is_beside = np.abs(u) < 0.5 + 0.7 * cell
+    near, u = near[is_beside], u[is_beside]
+    v = (points[near] - origin) @ along / side_m**2 - 0.5
+    from_centre = np.maximum(np.abs(u), np.abs(v))
     border = (from_centre < 0.5 - 0.3 * cell) & (from_centre > 0.5 - 0.7 * cell)
     around = (from_centre > 0.5 + 0.3 * cell) & (from_centre < 0.5 + 0.7 * cell)
     return near[border], near[around]
