@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
@@ -18,13 +19,12 @@ import java.util.concurrent.ConcurrentHashMap
 import java.util.concurrent.CopyOnWriteArrayList
 import kotlin.test.assertTrue
 import kotlin.time.Duration
-import kotlin.time.Duration.Companion.seconds
 
 /**
  * In-memory streams: each has a topic `<stream>/image` on its own lane and `<stream>/info` on `sensors`. The stream
  * `absent` is refused. Messages are made by [offer].
  */
-internal class FakeStreams(override val drainLimit: Duration = 2.seconds) :
+internal class FakeStreams(override val drainLimit: Duration = TEST_LIMIT) :
     StreamControl,
     StreamReports {
     private val lanes = ConcurrentHashMap<String, Lane>()

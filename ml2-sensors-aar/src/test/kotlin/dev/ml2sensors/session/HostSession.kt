@@ -39,7 +39,7 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
         received: Map<String, Long>? = null,
         version: Int = 1,
         lanes: List<String> = listOf("time", "sensors", "link_test") + StreamTable.all.map { it.id },
-        timeouts: String = """{"handshake_s": 5, "ping_s": 1, "dead_s": 20}""",
+        timeouts: String = """{"handshake_s": $LIMIT_S, "ping_s": 1, "dead_s": $LIMIT_S}""",
         ros: Boolean = false,
     ) {
         val ofOpenings = if (ros) listOf("ros", "bulk_1", "bulk_2", "bulk_3", "bulk_4") else emptyList()
@@ -222,6 +222,7 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     }
 
     companion object {
+        private val LIMIT_S = TEST_LIMIT.inWholeSeconds
         const val SESSION = "5e5510000000000000000000000000ff"
 
         fun ticket(lane: String): String = lane.hashCode().toUInt().toString(16).padStart(32, '0')

@@ -18,7 +18,6 @@ import kotlin.test.assertIs
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
-import kotlin.time.Duration.Companion.seconds
 
 class SessionEndTest {
     private val fixture = SessionFixture()
@@ -117,6 +116,7 @@ class SessionEndTest {
             val session = slow.started("color", held = "color")
             repeat(20) { slow.offer("color/image", payloadBytes = 4 shl 20) }
             slow.offer("color/info")
+            session.awaitData("color/info")
             slow.stop.complete("enough")
             session.await(HostFrame.BYE)
             val status = session.frames(HostFrame.STATUS).last()
@@ -132,7 +132,7 @@ class SessionEndTest {
 
     @Test
     fun noLaneEndsWhileAnotherIsStillSending() {
-        SessionFixture(drainLimit = 20.seconds).use { slow ->
+        SessionFixture().use { slow ->
             val outcome = slow.run()
             val session = slow.started("color", held = "color")
             repeat(20) { slow.offer("color/image", payloadBytes = 4 shl 20) }

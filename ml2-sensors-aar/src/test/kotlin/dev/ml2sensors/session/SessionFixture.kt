@@ -22,7 +22,6 @@ import java.io.Closeable
 import java.net.InetAddress
 import java.net.ServerSocket
 import kotlin.time.Duration
-import kotlin.time.Duration.Companion.seconds
 
 /** Opens all of [wanted] in each session, and ignores what comes. */
 internal class ListedOpenings(private vararg val wanted: Open) : AppOpenings {
@@ -36,7 +35,7 @@ internal class ListedOpenings(private vararg val wanted: Open) : AppOpenings {
 }
 
 /** Sessions of [FakeStreams] with a [ScriptedHost]. */
-internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSocket = ServerSocket()) : Closeable {
+internal class SessionFixture(drainLimit: Duration = TEST_LIMIT, server: ServerSocket = ServerSocket()) : Closeable {
     val host = ScriptedHost(server = server)
     val streams = FakeStreams(drainLimit)
     val stop = CompletableDeferred<String>()

@@ -1,5 +1,6 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.source.Answer
@@ -34,7 +35,8 @@ class LocalStreamsTest {
     @Test
     fun framesAreDeliveredThoughNobodyListens() = withStreamer("world_left") { streamer ->
         assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
-        val state = assertIs<StreamState.Running>(streamer.streams.value["world_left"])
+        val states = withTimeout(TEST_LIMIT) { streamer.streams.first { it.isNotEmpty() } }
+        val state = assertIs<StreamState.Running>(states["world_left"])
         assertEquals(StreamTable.worldLeft.defaultValues(), state.values)
         streamer.stop()
         assertFalse(headset.isRunning(StreamTable.worldLeft))
@@ -46,7 +48,7 @@ class LocalStreamsTest {
         mapOf("world_left" to StreamValues(stream = 1, quality = 60), "gyro_left" to StreamValues()),
     ) { streamer ->
         assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
-        val both = withTimeout(StreamFixture.LIMIT) { streamer.streams.first { it.size == 2 } }
+        val both = withTimeout(TEST_LIMIT) { streamer.streams.first { it.size == 2 } }
         val states = both.mapValues { assertIs<StreamState.Running>(it.value).values }
         assertEquals(StreamValues(1, 1016, 1016, 30, "Grayscale", quality = 60), states["world_left"])
         assertEquals(StreamValues(), states["gyro_left"])
@@ -56,7 +58,7 @@ class LocalStreamsTest {
     fun whatCannotRunSaysWhy() {
         headset.answers[StreamTable.depth] = Answer.Refused("no depth here", "a.permission")
         withStreamer("depth", "no_stream") { streamer ->
-            val states = withTimeout(StreamFixture.LIMIT) { streamer.streams.first { it.isNotEmpty() } }
+            val states = withTimeout(TEST_LIMIT) { streamer.streams.first { it.isNotEmpty() } }
             assertEquals(StreamState.Refused("no depth here", "a.permission"), states["depth"])
             assertIs<StreamState.Refused>(states["no_stream"])
         }
@@ -65,7 +67,7 @@ class LocalStreamsTest {
     @Test
     fun aSourceThatFailsIsToldAndTheOthersGoOn() = withStreamer("world_left", "world_right") { streamer ->
         headset.end(StreamTable.worldLeft, IOException("unplugged"))
-        val states = withTimeout(StreamFixture.LIMIT) {
+        val states = withTimeout(TEST_LIMIT) {
             streamer.streams.first { it["world_left"] is StreamState.Waiting }
         }
         assertEquals(StreamState.Waiting("IOException: unplugged"), states["world_left"])
@@ -78,7 +80,7 @@ class LocalStreamsTest {
     fun whatIsAllowedLaterRunsThen() {
         headset.answers[StreamTable.depth] = Answer.Refused("no depth here", "a.permission")
         withStreamer("depth") { streamer ->
-            withTimeout(StreamFixture.LIMIT) { streamer.streams.first { it["depth"] is StreamState.Refused } }
+            withTimeout(TEST_LIMIT) { streamer.streams.first { it["depth"] is StreamState.Refused } }
             headset.answers -= StreamTable.depth
             assertTrue(headset.deliver(StreamTable.depth, headset.image(1)))
             assertIs<StreamState.Running>(streamer.streams.value["depth"])
@@ -104,7 +106,7 @@ class LocalStreamsTest {
         streamer = Ml2Streamer(unplugged, nowhere, TransportSecurity.Insecure(), wanted)
         streamer.start()
         headset.deliver(StreamTable.worldRight, headset.image(1))
-        withTimeout(StreamFixture.LIMIT) { failure() }
+        withTimeout(TEST_LIMIT) { failure() }
         streamer.stop()
     }
 

@@ -41,7 +41,6 @@ import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
-import kotlin.time.Duration.Companion.seconds
 
 /** A headset whose calls do not return until the test says so. */
 class NeverAnswersTest {
@@ -82,7 +81,7 @@ class NeverAnswersTest {
     }
 
     private suspend fun await(id: String, isSo: (StreamState?) -> Boolean) =
-        withTimeout(20.seconds) { streamer.streams.first { isSo(it[id]) } }
+        withTimeout(TEST_LIMIT) { streamer.streams.first { isSo(it[id]) } }
 
     @Test
     fun aStreamThatDoesNotStopIsLostAloneAndSaysSoAndComesBack() = runBlocking<Unit> {
@@ -176,7 +175,7 @@ class NeverAnswersTest {
         host.session("""{$all, "gyro_left": {}}""")
         fake.deliver(StreamTable.gyroLeft, VectorSample(fake.clock.nowNanos(), 0.0, 0.0, 0.0))
         await("depth") { it is StreamState.Waiting && "no capture for" in it.reason }
-        val state = withTimeout(40.seconds) {
+        val state = withTimeout(TEST_LIMIT) {
             streamer.stop("over")
             streamer.state.first { it is StreamerState.Ended }
         }

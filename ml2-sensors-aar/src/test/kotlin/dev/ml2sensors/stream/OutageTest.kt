@@ -1,5 +1,6 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.source.Answer
@@ -14,6 +15,7 @@ import java.io.IOException
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
+import kotlin.time.TimeSource
 
 /** A stream that the receiver asked for runs, or says why not, and comes back by itself. */
 class OutageTest {
@@ -98,15 +100,12 @@ class OutageTest {
     }
 
     private fun HostSession.awaitState(stream: String, state: String) {
+        val end = TimeSource.Monotonic.markNow() + TEST_LIMIT
         var seen = 0
         var found: JsonElement? = null
         while (found.toString() != state) {
-            assertTrue(seen < MOST_STATUSES, "the last state of $stream is $found, expected $state")
+            assertTrue(end.hasNotPassedNow(), "the last state of $stream is $found, expected $state")
             found = await(HostFrame.STATUS, seen++).json["streams"]?.jsonObject?.get(stream)
         }
-    }
-
-    private companion object {
-        const val MOST_STATUSES = 30
     }
 }

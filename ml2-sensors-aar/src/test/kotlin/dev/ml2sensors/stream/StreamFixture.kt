@@ -9,7 +9,6 @@ import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Intrinsics
 import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.runBlocking
-import kotlinx.coroutines.withTimeout
 import kotlinx.serialization.ExperimentalSerializationApi
 import kotlinx.serialization.decodeFromByteArray
 import kotlinx.serialization.json.jsonObject
@@ -17,7 +16,6 @@ import kotlinx.serialization.json.jsonPrimitive
 import kotlinx.serialization.json.long
 import java.io.Closeable
 import kotlin.test.assertEquals
-import kotlin.time.Duration.Companion.seconds
 
 /** A [FakeHeadset] streamed by [Ml2Streamer] to a [ScriptedHost]. */
 internal class StreamFixture(
@@ -52,7 +50,7 @@ internal class StreamFixture(
 
     /** Stops in order, and asserts that the final STATUS and all memory is settled; gives the counters by topic. */
     fun finish(session: HostSession): Map<String, Counters> = runBlocking {
-        withTimeout(LIMIT) { streamer.stop("test over") }
+        streamer.stop("test over")
         session.await(HostFrame.BYE)
         session.awaitEnds()
         val status = session.frames(HostFrame.STATUS).last().json
@@ -68,11 +66,6 @@ internal class StreamFixture(
     override fun close() {
         runBlocking { streamer.stop() }
         host.close()
-    }
-
-    companion object {
-        /** Below the limit after which stop() gives up, so that a test tells an end from that. */
-        val LIMIT = 7.seconds
     }
 }
 
