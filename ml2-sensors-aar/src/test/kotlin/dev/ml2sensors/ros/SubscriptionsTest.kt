@@ -32,6 +32,8 @@ import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.test.StandardTestDispatcher
+import kotlinx.coroutines.test.TestCoroutineScheduler
 import kotlinx.coroutines.withTimeout
 import kotlinx.serialization.KSerializer
 import kotlinx.serialization.Serializable
@@ -633,9 +635,15 @@ class ServiceClientsTest : ServiceSessions() {
         session.opens(1)
         session.answer(session.await(HostFrame.REQUEST), "")
         first.await()
-        val late = assertFailsWith<ServiceException> { pause.call(SetBool.Request(true), 300.milliseconds) }
-        assertEquals(ServiceException.Reason.TIMEOUT, late.reason)
+        val time = TestCoroutineScheduler()
+        val late = CoroutineScope(StandardTestDispatcher(time)).async {
+            runCatching { pause.call(SetBool.Request(true), TEST_LIMIT) }.exceptionOrNull()
+        }
+        time.runCurrent()
         val request = session.await(HostFrame.REQUEST, 1)
+        time.advanceTimeBy(TEST_LIMIT)
+        time.runCurrent()
+        assertEquals(ServiceException.Reason.TIMEOUT, assertIs<ServiceException>(late.await()).reason)
         session.answer(request, "too late")
         val next = call(true)
         session.answer(session.await(HostFrame.REQUEST, 2), "in time")

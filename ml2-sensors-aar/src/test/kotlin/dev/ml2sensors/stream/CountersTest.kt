@@ -16,6 +16,7 @@ import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
+import kotlin.test.assertContains
 import kotlin.test.assertEquals
 import kotlin.test.assertTrue
 
@@ -38,6 +39,8 @@ class CountersTest {
         }
         assertEquals(emptyList(), session.data("world_left/image_raw"))
         session.release("world_left")
+        generateSequence(1) { it + 1 }.map { session.awaitData("world_left/image_raw", it).last() }
+            .first { it.sequence == images - 1L }
         val counters = fixture.finish(session)
         assertBalanced(listOf(session), counters)
         val image = counters.getValue("world_left/image_raw")
@@ -68,7 +71,7 @@ class CountersTest {
         sources.forEach { it.cancelAndJoin() }
         val counters = fixture.finish(sessions.last())
         assertBalanced(sessions, counters)
-        assertEquals(setOf("link_down"), counters.getValue("gyro_left/imu").dropped.keys)
+        assertContains(counters.getValue("gyro_left/imu").dropped, "link_down")
         val numbers = sessions.flatMap { session -> session.data("gyro_left/imu").map { it.sequence } }
         assertEquals(numbers.sorted().distinct(), numbers, "numbers go on across sessions")
     }

@@ -1,9 +1,15 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.FrameHeader
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.test.StandardTestDispatcher
+import kotlinx.coroutines.test.TestCoroutineScheduler
+import kotlinx.coroutines.withTimeout
 import org.junit.jupiter.api.Test
 import java.nio.ByteBuffer
 import java.nio.channels.GatheringByteChannel
@@ -11,6 +17,7 @@ import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
 import kotlin.test.assertTrue
 import kotlin.time.Duration
+import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.Duration.Companion.seconds
 
 class WarmUpTest {
@@ -24,17 +31,27 @@ class WarmUpTest {
     }
 
     @Test
-    fun itEndsAtItsLimitThoughNothingCanBeWritten() = runBlocking {
+    fun itEndsAtItsLimitThoughNothingCanBeWritten() = runBlocking<Unit> {
+        val begun = CountDownLatch(1)
         val never = CountDownLatch(1)
-        var begun = false
-        warmUp(
-            WrittenTo {
-                begun = true
-                never.await()
-            },
-            limit = 1.seconds,
-        )
-        assertTrue(begun)
+        val target = WrittenTo {
+            begun.countDown()
+            never.await()
+        }
+        val time = TestCoroutineScheduler()
+        val warming = launch(StandardTestDispatcher(time)) { warmUp(target, limit = 1.seconds) }
+        time.runUntil { begun.count == 0L }
+        assertTrue(warming.isActive)
+        time.advanceTimeBy(1.seconds)
+        time.runUntil { warming.isCompleted }
+    }
+
+    /** Lets time stand still until [isSo], which other threads may bring about. */
+    private suspend fun TestCoroutineScheduler.runUntil(isSo: () -> Boolean) = withTimeout(TEST_LIMIT) {
+        while (!isSo()) {
+            runCurrent()
+            delay(1.milliseconds)
+        }
     }
 }
 
