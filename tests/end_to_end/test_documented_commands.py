@@ -107,7 +107,9 @@ class Typed:
         assert code in codes, f"{self.line}: {code}: {self.said}"
 
     def interrupt(self) -> None:
+        """Ends it by Ctrl-C, once it has said something: that would kill the shell of a start."""
         if self.process.poll() is None:
+            self.await_said()
             self.process.send_signal(signal.SIGINT)
             self.end(0, 2, 130)  # 2: `pair` has paired nobody
 

@@ -57,7 +57,8 @@ def stream(walk: Walk, folder: Path, headset_options: Sequence[str] = ()) -> Wal
         headset_options: more options of ml2-headset.
 
     Raises:
-        RuntimeError: a message was lost, or this machine's clock was set.
+        RuntimeError: a message was lost that nobody counted, this machine's clock was set, or it
+            was too busy each time.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=folder.parent, prefix="frame_cache") as cache:
@@ -72,7 +73,7 @@ def stream(walk: Walk, folder: Path, headset_options: Sequence[str] = ()) -> Wal
 
 
 class FellBehindError(Exception):
-    """The simulated headset fetched an image too late, so that it was not sent."""
+    """This machine was too busy: the headset fetched an image too late, or dropped messages."""
 
 
 def _streamed(walk: Walk, folder: Path, cache: str, headset_options: Sequence[str]) -> Walked:
@@ -85,7 +86,7 @@ def _streamed(walk: Walk, folder: Path, cache: str, headset_options: Sequence[st
     simulate += headset_options
     options = ["--duration", str(REST_S + walk.duration_s + _SPARE_S), *simulate]
     received = receive(folder / "config.yaml", options, folder)
-    _check_nothing_is_lost(received)
+    check_nothing_is_lost(received)
     if simulation.clock_was_set():
         raise RuntimeError("this machine's clock was set: the true poses are unknown")
     if not received.messages(f"{walk.camera}/camera_info"):
@@ -132,12 +133,16 @@ def _config(camera: str) -> str:
     return str(yaml.safe_dump(tree))
 
 
-def _check_nothing_is_lost(received: Received) -> None:
+def check_nothing_is_lost(received: Received) -> None:
+    """Raises what stream() says or repeats for, but if captures were late, which it counts."""
     for topic, seen in received.snapshot["topics"].items():
         counters = received.counters(topic)
-        sent = int(counters["produced"]) - int(counters.get("dropped.source_late", 0))
+        dropped = {it: int(n) for it, n in counters.items() if it.startswith("dropped.") and int(n)}
+        sent = int(counters["produced"]) - sum(dropped.values())
         if seen["count"] != sent:
             raise RuntimeError(f"{topic}: {seen['count']} of {sent} messages arrived")
+        if dropped.keys() - {"dropped.source_late"}:
+            raise FellBehindError(f"{topic}: {dropped}")
 
 
 def _images(received: Received, camera: str, start_ns: int, end_ns: int) -> int:

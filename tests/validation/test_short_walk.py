@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from simulated_walk import stream
+from processes import Received
+from simulated_walk import FellBehindError, check_nothing_is_lost, stream
 from simulation import EXACT
 from validate import evaluate
 from walks import Walk
@@ -25,3 +26,25 @@ def test_estimated_poses_agree_with_the_headsets_poses_and_the_true_ones(tmp_pat
         assert abs(against["time_offset_s"]) < 1e-3
         assert against["max_dt_s"] < 1e-3
     assert figures["headset_against_truth"]["max_m"] < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("count", "dropped", "expected"),
+    [
+        (10, {}, None),
+        (9, {"dropped.source_late": "1", "dropped.no_buffer": "0"}, None),
+        (9, {"dropped.no_buffer": "1"}, FellBehindError),
+        (9, {}, RuntimeError),
+    ],
+    ids=["all", "late", "busy", "lost"],
+)
+def test_a_walk_is_repeated_where_a_busy_machine_dropped_messages(
+    count: int, dropped: dict[str, str], expected: type[Exception] | None
+) -> None:
+    row = {"count": count, "diagnostics": {"produced": "10", **dropped}}
+    received = Received({"topics": {"/tf": row}}, {}, {}, [], {}, {}, [])
+    if expected is None:
+        check_nothing_is_lost(received)
+    else:
+        with pytest.raises(expected):
+            check_nothing_is_lost(received)
