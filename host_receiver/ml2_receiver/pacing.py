@@ -4,18 +4,23 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from math import inf
 from typing import Protocol
 
 _POLL_S = 0.0005
-# The delay that large messages may add to the path, and no more than that: images of the headset,
-# whose acknowledgements come back behind them, take 6 ms for a queue of their own.
-_QUEUE_S = 0.003
-# The shortest is more than its last two segments, which TCP acknowledges 40 ms late. It is written
-# where the longest alone would be a queue of 4 ms.
-_LEAST_SLICE_BYTES, _MOST_SLICE_BYTES = 8 << 10, 16 << 10
+# The queue that large messages may have in the link: images of the headset, whose acknowledgements
+# come back behind them, take 6 ms for a queue of their own. TCP acknowledges every second segment,
+# and a single one 40 ms late. So a slow link needs more, almost two jumbo segments.
+_QUEUE_S, _LEAST_QUEUE_BYTES = 0.003, 16 << 10
+_LEAST_SLICE_BYTES, _MOST_SLICE_BYTES, _SLICE_S = 4 << 10, 16 << 10, 0.001
+# Acknowledgements that arrive together would else be followed by a burst as long as the path. What
+# a thread that woke late has missed may be written at once.
+_SPACING_GAIN, _BURST_S = 1.25, 0.003
 # Images come in bursts, 30 times a second: a shorter time has none, in which the link seems free.
 _MEAN_S = 0.07
-_WINDOW_S, _INTERVAL_S, _REST_S = 0.2, 0.002, 0.02
+_WINDOW_S, _INTERVAL_S, _REST_S, _LONG_REST_S = 0.2, 0.002, 0.02, 1.0
+# If both directions share a link, some of the uplink's queue is that of large messages.
+_UPLINK_PART, _MOST_UPLINK_S, _UPLINK_WEIGHT, _LEAST_OF_S = 0.8, 0.02, 0.25, 5.0
 
 
 class SendQueue(Protocol):
@@ -31,10 +36,11 @@ class SendQueue(Protocol):
 class Pacing:
     """Lets the lanes of one session write in slices. Thread-safe.
 
-    A slice is written while less is under way than the link delivers in its least round trip and
-    3 ms. A link with room then delivers more at each round trip, so the bound grows until the link
-    has a queue of 3 ms. Images of the headset that share the link, as in the air of Wi-Fi, lower
-    the bound with what is delivered.
+    Slices are spaced at 1.25 times the rate that the link delivers. The bytes under way are at most
+    what the link delivers in its least round trip, and a queue of 3 ms or 16 KiB. Four fifths of
+    the time that requests wait on the uplink are added, since acknowledgements wait there as well.
+    So the rate grows until the link has a short queue. Images that share the link, as in the air
+    of Wi-Fi, lower what is delivered, and with it the rate.
 
     Args:
         is_over: returns True when nothing is to wait any more.
@@ -50,8 +56,11 @@ class Pacing:
         self._turn, self._lock = threading.Lock(), threading.Lock()
         self._queues: list[SendQueue] = []
         self._granted = self._written = 0
-        self._slice_bytes = _MOST_SLICE_BYTES
-        self._asked_s = now_s()
+        self._slice_bytes = _LEAST_SLICE_BYTES
+        self._rate = 0.0  # in B/s; 0 before it is known
+        self._next_s = self._asked_s = now_s()
+        self._rested_s = 0.0
+        self._uplink = _UplinkDelay()
         # Times in s, with the bytes acknowledged by then, and with rates that none later exceeds
         self._totals: deque[tuple[float, int]] = deque()
         self._rates: deque[tuple[float, float]] = deque()
@@ -76,10 +85,13 @@ class Pacing:
     def wait(self, length: int) -> None:
         """Waits until a slice may be written; call written() afterwards."""
         with self._turn:
-            while not self._may_write() and not self._is_over():
-                self._sleep(_POLL_S)
+            while (wait_s := self._wait_s(length)) > 0 and not self._is_over():
+                self._sleep(wait_s)
             with self._lock:
                 self._granted += length
+                if self._rate:
+                    from_s = max(self._next_s, self._now_s() - _BURST_S)
+                    self._next_s = from_s + length / (_SPACING_GAIN * self._rate)
 
     def written(self, length: int) -> None:
         """Takes note that a slice was handed to the kernel, or its connection was lost."""
@@ -87,22 +99,33 @@ class Pacing:
             self._granted -= length
             self._written += length
 
-    def _may_write(self) -> bool:
+    def requested(self, way_s: float) -> None:
+        """Takes the time of a request's way from the headset, off by a constant."""
+        with self._lock:
+            self._uplink.add(way_s, self._now_s())
+
+    def _wait_s(self, length: int) -> float:
         with self._lock:
             waiting = sum(it.unacknowledged() for it in self._queues)
-            delivered = self._delivered(self._written - waiting)
+            self._rate = self._delivered(self._written - waiting)
             least_s = min((it.least_round_trip_s() for it in self._queues), default=0.0)
-            least = _LEAST_SLICE_BYTES if delivered else _MOST_SLICE_BYTES
-            most = max(least, delivered * (least_s + _QUEUE_S))
-            self._slice_bytes = min(max(least, int(most) // 2), _MOST_SLICE_BYTES)
-            return self._granted + waiting < most
+            path_s = least_s + _UPLINK_PART * min(self._uplink.mean_s, _MOST_UPLINK_S)
+            most = self._rate * path_s + max(_LEAST_QUEUE_BYTES, self._rate * _QUEUE_S)
+            slice_bytes = max(_LEAST_SLICE_BYTES, int(self._rate * _SLICE_S))
+            self._slice_bytes = min(slice_bytes, _MOST_SLICE_BYTES)
+            if self._granted + waiting + length > most:
+                return _POLL_S
+            return min(self._next_s - self._now_s(), _POLL_S)
 
     def _delivered(self, acknowledged: int) -> float:
-        """Returns the greatest mean rate of the last 200 ms, in B/s, without the rests between."""
+        """Returns the greatest mean rate of the last 200 ms of sending, in B/s."""
         now_s, totals, rates = self._now_s(), self._totals, self._rates
-        if now_s - self._asked_s >= _REST_S:
+        rest_s, self._asked_s = now_s - self._asked_s, now_s
+        if rest_s >= _REST_S:
             totals.clear()
-        self._asked_s = now_s
+            if rest_s < _LONG_REST_S:
+                self._rested_s += rest_s
+        now_s -= self._rested_s
         if not totals or now_s - totals[-1][0] >= _INTERVAL_S:
             known = totals[-1][1] if totals else 0
             totals.append((now_s, max(acknowledged, known)))
@@ -117,3 +140,20 @@ class Pacing:
         while rates and now_s - rates[0][0] > _WINDOW_S:
             rates.popleft()
         return rates[0][1] if rates else 0.0
+
+
+class _UplinkDelay:
+    """The mean time that requests have waited on their way, over the least of 5 to 10 s."""
+
+    def __init__(self) -> None:
+        self.mean_s = 0.0
+        self._leasts_s = inf, inf
+        self._since_s = -inf
+
+    def add(self, way_s: float, now_s: float) -> None:
+        older_s, recent_s = self._leasts_s
+        if now_s - self._since_s > _LEAST_OF_S:
+            older_s, recent_s, self._since_s = recent_s, way_s, now_s
+        self._leasts_s = older_s, min(recent_s, way_s)
+        waited_s = way_s - min(self._leasts_s)
+        self.mean_s += _UPLINK_WEIGHT * (waited_s - self.mean_s)

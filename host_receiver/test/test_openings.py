@@ -4,7 +4,7 @@ import random
 import socket
 import threading
 import time
-from collections import Counter, deque
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -13,8 +13,9 @@ import pytest
 from fake_sink import FakeGraph
 from ml2_receiver.configuration.app_rules import AppRules, NameRules
 from ml2_receiver.errors import ErrorCode, ProtocolError
-from ml2_receiver.pacing import Pacing
 from ml2_receiver.session.books import Book, Books
+from ml2_receiver.session.connection import Connection
+from ml2_receiver.session.connection_io import ConnectionIO
 from ml2_receiver.session.downlink import Downlink
 from ml2_receiver.session.openings import LANE_KINDS, Openings
 from ml2_receiver.session.subscription_queue import Pieces, SubscriptionQueue
@@ -30,7 +31,6 @@ ANY = NameRules(("/**",))
 SMALL, LARGE, CLIENT, SERVICE = 1, 2, 3, 4
 PAYLOAD = b"\0\1\0\0\0"
 LAST = (1 << 32) - 1
-SLICE, SEGMENT = 16 << 10, 1460
 
 
 def of(rules: AppRules, graph: FakeGraph) -> Openings:
@@ -382,94 +382,17 @@ def test_the_kernel_tells_what_is_under_way() -> None:
     assert (transport.unacknowledged(), transport.least_round_trip_s()) == (0, 0)
 
 
-class VirtualLink:
-    """A link of a rate in B/s and a round trip in s, with a queue, in virtual time.
-
-    Images take `images` of its rate: they come 30 times a second, and are sent in 20 ms.
-    """
-
-    def __init__(self, rate: float, round_trip_s: float, images: float = 0) -> None:
-        self.rate, self._round_trip_s = rate, round_trip_s
-        self.now_s = self._free_s = 0.0
-        self._unacknowledged: deque[tuple[float, int]] = deque()
-        self.written = self.delivered = 0
-        self._images = images
-        self.longest_s = 0.0
-
-    def sleep(self, seconds: float) -> None:
-        self.now_s += seconds
-        if self.now_s % (1 / 30) < 0.02:
-            self._free_s = max(self.now_s, self._free_s) + seconds * self._images / 0.6
-            self.longest_s = max(self.longest_s, self._free_s - self.now_s)
-
-    def write(self, length: int) -> None:
-        begin_s = max(self.now_s, self._free_s)
-        self.longest_s = max(self.longest_s, begin_s - self.now_s)
-        self.written += length
-        for begin in range(0, length, SEGMENT):
-            segment = min(SEGMENT, length - begin)
-            self._free_s = max(self.now_s, self._free_s) + segment / self.rate
-            self._unacknowledged.append((self._free_s + self._round_trip_s, segment))
-
-    def unacknowledged(self) -> int:
-        while self._unacknowledged and self._unacknowledged[0][0] <= self.now_s:
-            self.delivered += self._unacknowledged.popleft()[1]
-        return self.written - self.delivered
-
-    def least_round_trip_s(self) -> float:
-        return self._round_trip_s
-
-    def fill(self, pacing: Pacing, seconds: float) -> tuple[float, float]:
-        """Returns the used part of the link, and the longest queue in s."""
-        end_s, before, self.longest_s = self.now_s + seconds, self.delivered, 0.0
-        while self.now_s < end_s:
-            pacing.send(bytes(SLICE), lambda piece: self.write(len(piece)))
-        return (self.delivered - before) / (self.rate * seconds), self.longest_s
-
-
-def paced(link: VirtualLink) -> Pacing:
-    pacing = Pacing(lambda: False, lambda: link.now_s, link.sleep)
-    pacing.add(link)
-    return pacing
-
-
-@pytest.mark.parametrize("mbit_per_s", [10, 30, 100, 300, 1000])
-@pytest.mark.parametrize("round_trip_ms", [1, 5, 20])
-def test_large_messages_fill_a_link_and_have_a_queue_of_3_ms_in_it(
-    mbit_per_s: int, round_trip_ms: int
+def test_requests_of_the_time_tell_the_pacing_how_long_they_took(
+    openings: Openings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    link = VirtualLink(mbit_per_s * 1e6 / 8, round_trip_ms / 1e3)
-    pacing = paced(link)
-    link.fill(pacing, 2)
-    used, longest_s = link.fill(pacing, 1)
-    assert used > 0.9
-    # A slice is written whole, and the rate is known to a slice in 20 ms
-    assert longest_s < 0.0035 + 2 * SLICE / link.rate
-    link.rate /= 10
-    link.fill(pacing, 0.5)
-    _, longest_s = link.fill(pacing, 1)
-    assert longest_s < 0.0035 + 2 * SLICE / link.rate
-
-
-@pytest.mark.parametrize("round_trip_ms", [10, 30, 60])
-def test_large_messages_leave_bursts_of_images_room_on_the_same_link(round_trip_ms: int) -> None:
-    link = VirtualLink(100e6 / 8, round_trip_ms / 1e3, images=0.5)
-    pacing = paced(link)
-    link.fill(pacing, 2)
-    used, longest_s = link.fill(pacing, 1)
-    assert used > 0.4
-    assert longest_s < 0.012
-
-
-def test_rests_between_messages_do_not_slow_them() -> None:
-    link = VirtualLink(300e6 / 8, 0.01)
-    pacing = paced(link)
-    for _ in range(20):
-        began_s = link.now_s
-        pacing.send(bytes(300_000), lambda piece: link.write(len(piece)))
-        took_s = link.now_s - began_s
-        link.sleep(0.1 - took_s)
-    assert took_s < 0.03
+    ways_s: list[float] = []
+    monkeypatch.setattr(openings.downlink.pacing, "requested", ways_s.append)
+    connected, peer = socket.socketpair()
+    with connected, peer:
+        io = ConnectionIO(PlainTransport(connected), Connection("", 0, 0, openings=openings))
+        asked = frame(Kind.TIME_REQUEST, body=(1_000_000).to_bytes(8, "little"))
+        io.answer_time(asked, received_ns=3_500_000)
+    assert ways_s == pytest.approx([0.0025])
 
 
 def test_messages_beyond_max_hz_have_no_number(

@@ -122,6 +122,8 @@ class ConnectionIO:
         times = _TIMES.pack(asked_ns, received_ns, now_ns)
         with suppress(OSError):  # the peer has disconnected, which the reader thread will notice
             self.transport.send_all(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
+        if (openings := self.connection.openings) is not None:
+            openings.downlink.pacing.requested((received_ns - asked_ns) * 1e-9)
 
     def pass_on(self, frame: Frame, openings: Openings) -> None:
         """Passes on a frame of an opening; sends FAILURE if it is a request too many."""
