@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, settings
 import bag_scene
 from ml2_receiver.session.settings import Limits
 from mock_device import MockDevice
+from repeated import begin
 from ros_processes import Client, Receiver, environment
 from secure_receiver import PATIENT, OpenLab, SecureReceiver
 from zenoh_peers import free_endpoint, open_router
@@ -97,7 +98,7 @@ def client(receiver: Receiver) -> Iterator[Client]:
 def device(receiver: Receiver) -> Iterator[MockDevice]:
     """Its headset, which was let run."""
     with MockDevice(receiver.address, says_ping=True) as device:
-        device.start()
+        begin(device)
         yield device
 
 
@@ -108,7 +109,7 @@ def app(config: Path) -> Iterator[MockDevice]:
         Receiver(config, "--insecure-control") as receiver,
         MockDevice(receiver.address, says_ping=True, has_ros=True) as app,
     ):
-        app.start()
+        begin(app)
         yield app
 
 

@@ -25,6 +25,8 @@ import warnings
 from pathlib import Path
 from typing import Any
 
+from waiting import GRACE_S
+
 _SET_CHILD_SUBREAPER = 36
 _MOST_BYTES = 1 << 17
 # The modules that these do not import are large, and few programs need them.
@@ -175,6 +177,8 @@ def main() -> None:
     _import_all()
     if _threads() != of_tracing:
         raise RuntimeError("a module starts a thread, which forks would not have")
+    # It only ends what hangs, and a full machine stops slowly. Programs given with -c keep it.
+    vars(sys.modules["ml2_receiver.stop_limit"])["STOP_S"] = GRACE_S
     gc.freeze()  # so that forks share what was imported
     with socket.socket(fileno=int(sys.argv[1])) as connection:
         request, streams = _serve(connection)

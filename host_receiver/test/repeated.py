@@ -1,10 +1,12 @@
 """Work that a test does beside itself."""
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from mock_device import MockDevice
+from waiting import LIMIT_S
 
 
 @contextmanager
@@ -36,6 +38,18 @@ def connected(device: MockDevice, publish: Callable[[], None]) -> Callable[[], N
             publish()
         except OSError:
             device.disconnect()
-            device.start()
+            begin(device)
 
     return again
+
+
+def begin(device: MockDevice) -> None:
+    """Starts a device; again if the machine stands still meanwhile, which ends the session."""
+    deadline_s = time.monotonic() + LIMIT_S
+    while True:
+        try:
+            return device.start()
+        except (OSError, AssertionError):
+            if time.monotonic() > deadline_s:
+                raise
+            device.disconnect()

@@ -21,7 +21,7 @@ from ml2_receiver.configuration.config import load_config
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
 from mock_device import MockDevice
-from repeated import connected, repeated
+from repeated import begin, connected, repeated
 from ros_processes import Child, Client, Receiver
 from test_command_pair import Device
 from test_pairing_listener import PAIRED
@@ -82,7 +82,7 @@ def watched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[View]:
         Receiver(config, "--name", WATCHED, "--insecure-eye-images") as receiver,
         MockDevice(receiver.address, says_ping=True) as device,
     ):
-        device.start()
+        begin(device)
         with publishing(device), View("--name", WATCHED) as view:
             yield view
 
@@ -115,7 +115,7 @@ def test_a_browser_sees_the_state_and_images_that_change(watched: View) -> None:
         while {it["name"]: it["text"] for it in state["facts"]}["battery"] != "50 %":
             state = browser.text("state")
         streams = {it["id"]: it for it in state["streams"]}
-        while not streams["world_left"]["mode"]:
+        while not streams["world_left"]["mode"] or streams["world_left"]["latency_p50_ms"] is None:
             streams = {it["id"]: it for it in browser.text("state")["streams"]}
     assert list(streams) == ["depth", "world_left", "eye_nasal_left"]
     assert streams["world_left"]["mode"] == "1016x1016@30 Grayscale"

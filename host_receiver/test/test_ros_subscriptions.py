@@ -30,6 +30,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from configurations import only
 from mock_device import MockDevice
+from repeated import begin
 from ros_messages import TYPES, message, string
 from ros_processes import Child, Client, Receiver, environment
 from waiting import LIMIT_S, await_true
@@ -108,7 +109,7 @@ TEST_TYPES = [it for it in vars(test_msgs) if it[0].isupper()]
 @pytest.fixture
 def app(receiver: Receiver) -> Iterator[MockDevice]:
     with MockDevice(receiver.address, says_ping=True, has_ros=True) as app:
-        app.start()
+        begin(app)
         yield app
 
 
