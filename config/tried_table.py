@@ -58,7 +58,11 @@ _TRIED = {
     "another user of this machine": ("test_private_files",),
     "the clock of this machine": ("test_clocks",),
     "a lossy link": ("test_doctor_delivery",),
-    "whatever hangs while a command ends": ("test_stopping", "test_command_stops"),
+    "whatever hangs while a command ends": (
+        "test_stopping",
+        "test_command_stops",
+        "test_interrupts",
+    ),
 }
 
 

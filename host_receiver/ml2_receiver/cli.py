@@ -19,12 +19,7 @@ import shtab
 
 from .commands.options import completion_functions
 from .commands.ros_start import ros_args_of
-from .commands.stopping import (
-    INTERRUPTED,
-    end_interrupted,
-    heed_interrupts,
-    limit_interrupts,
-)
+from .commands.stopping import INTERRUPTED, heed_interrupts, run_interruptible
 from .errors import ReceiverError
 from .generated.version import VERSION
 
@@ -119,17 +114,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     heed_interrupts()
     _open_missing_outputs()
-    is_own_process = arguments is None
     if arguments is None:
-        limit_interrupts()
-        _lose_unwritable_errors()
-        arguments = sys.argv[1:]
+        return run_interruptible(_run_own)
+    try:
+        return _run_checked(arguments)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+
+
+def _run_own() -> int:
+    _lose_unwritable_errors()
+    return _run_checked(sys.argv[1:])
+
+
+def _run_checked(arguments: Sequence[str]) -> int:
+    """Works as _run(), and has exit codes for an output that cannot be written."""
     try:
         return _run(arguments)
-    except KeyboardInterrupt:
-        if is_own_process:
-            end_interrupted()
-        return INTERRUPTED
     except BrokenPipeError:
         if not _is_unread(sys.stdout):
             raise

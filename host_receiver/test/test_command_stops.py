@@ -18,7 +18,7 @@ import pytest
 
 from configurations import only
 from mock_device import MockDevice
-from repeated import connected, repeated
+from repeated import begin, connected, repeated
 from ros_processes import Child, Receiver, environment
 from waiting import GRACE_S, LIMIT_S
 
@@ -111,7 +111,7 @@ def spare(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         Receiver(config, "--name", "spare") as spare,
         MockDevice(receiver.address, says_ping=True) as device,
     ):
-        device.start()
+        begin(device)
         with publishing(device):
             yield spare.address
 
@@ -297,30 +297,6 @@ def test_ctrl_c_at_any_moment_after_the_start_has_no_traceback(
         code = child.end(signal.SIGINT)
         assert not has_traceback(child.errors)
         assert code in (0, INCOMPLETE.get(words.split()[0], 0), 1, 2, 130, -signal.SIGINT)
-
-
-# Has an object that Python's own end destroys.
-INTERRUPTED_HALFWAY = """
-import atexit, os, signal, sys
-from ml2_receiver import cli
-
-class Left:
-    def __del__(self):
-        print("destroyed", flush=True)
-
-left = Left()
-atexit.register(print, "tidied up", flush=True)
-cli._run = lambda _: os.kill(os.getpid(), signal.SIGINT)
-sys.exit(cli.main())
-"""
-
-
-def test_an_interrupted_command_destroys_nothing_that_threads_of_ros_may_use() -> None:
-    with Child("-c", INTERRUPTED_HALFWAY) as child:
-        assert child.line() == "tidied up"
-        assert child.wait() == 130
-        assert not child.has_line(0)
-        assert child.errors == []
 
 
 def test_the_script_hears_no_ctrl_c_that_it_would_lose(

@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Callable
 from typing import NoReturn
 
 from ..stop_limit import STOP_LIMIT
@@ -26,28 +27,73 @@ def heed_interrupts() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+class _Interrupts:
+    """Raises KeyboardInterrupt on SIGINT: once, so that what then ends is not interrupted again.
+
+    Attributes:
+        has_raised: it has.
+        is_over: the command has ended, and SIGINT ends the process at once.
+    """
+
+    def __init__(self) -> None:
+        self.has_raised = self.is_over = False
+
+    def hear(self, *_: object) -> None:
+        if self.has_raised:
+            return
+        if self.is_over:
+            os._exit(INTERRUPTED)
+        self.has_raised = True
+        # The main thread may have been interrupted where it holds a lock that a Thread's start
+        # takes.
+        _thread.start_new_thread(STOP_LIMIT.enforce, ())
+        raise KeyboardInterrupt
+
+    def hear_again(self) -> None:
+        self.has_raised = False
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+_interrupts = _Interrupts()
+
+
 def limit_interrupts() -> None:
-    """As heed_interrupts(), and ends this process some seconds after SIGINT, whatever hangs."""
-    signal.signal(signal.SIGINT, _interrupt)
+    """As heed_interrupts(), and ends this process some seconds after SIGINT, whatever hangs.
+
+    The next SIGINT raises nothing.
+    """
+    _interrupts.has_raised = _interrupts.is_over = False
+    signal.signal(signal.SIGINT, _interrupts.hear)
     sys.unraisablehook = _interrupt_again
-
-
-def _interrupt(*_: object) -> NoReturn:
-    # The main thread may have been interrupted where it holds a lock that a Thread's start takes.
-    _thread.start_new_thread(STOP_LIMIT.enforce, ())
-    raise KeyboardInterrupt
 
 
 def _interrupt_again(unraisable: "sys.UnraisableHookArgs") -> None:
     """Interrupts once more after a callback that cannot raise, such as that of a weak reference."""
     if unraisable.exc_type is KeyboardInterrupt:
-        threading.Timer(_AGAIN_S, os.kill, (os.getpid(), signal.SIGINT)).start()
+        threading.Timer(_AGAIN_S, _interrupts.hear_again).start()
     else:
         sys.__unraisablehook__(unraisable)
 
 
-def end_interrupted() -> NoReturn:
-    """Ends this process with the exit code of an interrupted program; in the handler of its error.
+def run_interruptible(command: Callable[[], int]) -> int:
+    """Runs a command that has this process to itself, with limit_interrupts(); its exit code.
+
+    Once it is interrupted, the process ends with the exit code of interrupted programs.
+    """
+    try:
+        try:
+            limit_interrupts()
+            return command()
+        finally:
+            _interrupts.is_over = True
+    finally:
+        # A library may have made another error of it.
+        if _interrupts.has_raised:
+            _end_interrupted()
+
+
+def _end_interrupted() -> NoReturn:
+    """Ends this process; in the handler of its error.
 
     The interrupt may have come while an object of ROS was made, whose threads then run until the
     end. Python's own end would destroy what they use, and the process would crash.

@@ -157,6 +157,9 @@ class RawTaker:
         made = self._node.create_subscription(
             message_class(wanted.type), wanted.topic, lambda _: None, wanted.qos, raw=True
         )
+        # If Ctrl-C interrupts stop(), the node is destroyed while ROS waits for its subscriptions.
+        # What is in use is destroyed later.
+        made.handle.__enter__()
         self._taken.append((wanted, made))
 
     def _take_last(self, subscription: Taking) -> None:
@@ -168,6 +171,7 @@ class RawTaker:
     def _remove(self, subscription: Taking) -> None:
         for wanted, made in self._taken:
             if wanted is subscription:
+                made.handle.__exit__(None, None, None)
                 self._node.destroy_subscription(made)
         self._taken = [it for it in self._taken if it[0] is not subscription]
 
@@ -184,6 +188,9 @@ class RawTaker:
             self._take_until_stopped()
         except ReceiverError as error:
             self.failure = error
+        finally:
+            for _, made in self._taken:
+                made.handle.__exit__(None, None, None)
 
     def _take_until_stopped(self) -> None:
         sizes = (-1, 0, 0)
