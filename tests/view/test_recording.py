@@ -158,7 +158,7 @@ def length_ns(walk: Path) -> int:
 
 
 def middle_image_s(walk: Path, stream: str) -> float:
-    """The time of a stream's middle image; on a busy machine the first ones come late in a recording."""
+    """The time of a middle image: a busy machine records the first ones late."""
     with AnyReader([walk]) as bag:
         images = [it for it in bag.connections if f"/{stream}/image_raw" in it.topic]
         times_ns = [time_ns for _, time_ns, _ in bag.messages(images)]
