@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import contextlib
 import subprocess
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
+from tf2_msgs.msg import TFMessage
 
 from capture_stamps import nanos, stamp_ns
 from configurations import only
 from counters import await_more, await_snapshot, have_arrived
 from euroc import Matrix
+from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from processes import (
     Received,
     headset_command,
@@ -29,6 +35,7 @@ from processes import (
 )
 from simulation import EXACT, SIMULATE, simulate
 from transforms import matrix
+from waiting import await_true
 
 STARTS = 10
 CONFIG = only(
@@ -52,12 +59,14 @@ def starts(tmp_path_factory: pytest.TempPathFactory) -> Received:
     folder = tmp_path_factory.mktemp("starts")
     with contextlib.ExitStack() as stack:
         subscriber, address, environment = listening(folder, CONFIG, stack)
+        stamps = stack.enter_context(stamps_of_worlds(environment))
         options = (*EXACT, "--simulate", "tags=5X5_100", "--simulate", "fault.head.new_session=1")
         for number in range(STARTS):
+            begun_ns = time.time_ns()
             command = headset_command(address, *options)
             with process(command, environment, folder / f"headset_{number}.log") as headset:
                 await_more(subscriber, "markers", 20)
-                await_more(subscriber, "map/state", 2)  # one each second: it is localized by then
+                await_newer(stamps, begun_ns)
                 if number < STARTS - 1:
                     headset.kill()
         return result(subscriber, folder)
@@ -97,6 +106,29 @@ def listening(
     receiver = stack.enter_context(process(command, environment, folder / "receiver.log"))
     subscriber = stack.enter_context(subscribing(environment, folder))
     return subscriber, listening_address(receiver), environment
+
+
+@contextlib.contextmanager
+def stamps_of_worlds(environment: dict[str, str]) -> Iterator[list[int]]:
+    """Yields a list that gets the stamp in ns of each transform from the map to the world."""
+    stamps = [0]
+
+    def take(payload: bytes) -> None:
+        for it in deserialize_message(payload, TFMessage).transforms:
+            if it.child_frame_id == WORLD:
+                stamps.append(nanos(it.header.stamp))
+
+    with pytest.MonkeyPatch.context() as patch, contextlib.ExitStack() as stack:
+        for name, value in environment.items():
+            patch.setenv(name, value)
+        node = stack.enter_context(tool_node("listener"))
+        heard = RawSubscription("tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100), take)
+        stack.callback(RawTaker(node, [heard], lambda _, error: None).stop)
+        yield stamps
+
+
+def await_newer(stamps: list[int], than_ns: int) -> None:
+    await_true(lambda: stamps[-1] > than_ns)
 
 
 def transforms(received: Received) -> dict[str, list[tuple[int, Matrix]]]:
