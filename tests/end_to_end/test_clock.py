@@ -26,8 +26,8 @@ CONVERGED_NS = 2_000_000_000
 # As many as there are in 5 s, so that there are 500 once the clock has converged.
 LEAST = 1000
 LAST_NS = 1_000_000_000
-# The greatest error of 99 % of the stamps, by the link's jitter in s. An exchange that is delayed in
-# one direction errs by half of the delay. Delays are random without a seed, so no less is certain.
+# The greatest error of 99 % of the stamps, by the link's jitter in s. An exchange that is delayed
+# in one direction errs by half of the delay. Delays have no seed, so no less is certain.
 # ClockScenarioTest checks that p99 is below 0.2 ms with seeded delays.
 MOST_NS = {0.0: 200_000, 0.005: 2_500_000}
 
