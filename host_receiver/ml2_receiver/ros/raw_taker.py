@@ -158,7 +158,7 @@ class RawTaker:
             message_class(wanted.type), wanted.topic, lambda _: None, wanted.qos, raw=True
         )
         # If Ctrl-C interrupts stop(), the node is destroyed while ROS waits for its subscriptions.
-        # What is in use is destroyed later.
+        # rclpy does not destroy a subscription before its last user has left it.
         made.handle.__enter__()
         self._taken.append((wanted, made))
 
