@@ -27,3 +27,10 @@ static inline void dump_begin(uint8_t room[DUMP_ROOM_BYTES]) { memset(room, DUMP
  * "dump NAME OFFSET of SIZE: HEX". SIZE is that of the struct alone.
  */
 void dump_once(bool *is_shown, const char *name, const void *bytes, uint32_t size, uint32_t room);
+
+/** Logs a struct of WITH_ROOM, once for each place in the code. */
+#define DUMP_ONCE(name, with_room)                                                                                     \
+    do {                                                                                                               \
+        static bool is_shown;                                                                                          \
+        dump_once(&is_shown, name, &with_room, sizeof with_room.of, DUMP_ROOM_BYTES);                                  \
+    } while (0)

@@ -8,6 +8,9 @@
 
 #include "tables.h"
 
+/** The function tables that the perception system and its stamps need. */
+#define PERCEPTION_AREAS (1u << SDK_PERCEPTION | 1u << SDK_TIME)
+
 /**
  * Starts the perception system unless it runs, and waits up to 2 s for its first snapshot, before which trackers cannot
  * be created. Waits up to 3 s for another thread that does so. Needs the area SDK_PERCEPTION.

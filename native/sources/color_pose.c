@@ -7,10 +7,6 @@
 static MLHandle head_tracker;
 static MLHandle camera_tracker;
 
-static ml2s_result require(ml2s_error *error) {
-    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CV | 1u << SDK_TIME, error);
-}
-
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
     ml2s_result result = head_tracker_open(&head_tracker, error);
@@ -42,4 +38,5 @@ static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nano
     return ML2S_OK;
 }
 
-const struct source_ops source_color_pose = {.require = require, .open = begin, .color_pose = color_pose, .close = end};
+const struct source_ops source_color_pose = {
+    .areas = HEAD_TRACKER_AREAS | 1u << SDK_CV, .open = begin, .color_pose = color_pose, .close = end};

@@ -8,10 +8,6 @@
 static MLHandle head_tracker;
 static MLHandle tracker;
 
-static ml2s_result require(ml2s_error *error) {
-    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CONTROLLER | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
-}
-
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
     static const MLControllerConfiguration modes = {.enable_fused6dof = true};
@@ -28,7 +24,6 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    static bool is_shown;
     WITH_ROOM(MLControllerSystemStateEx) state;
     dump_begin(state.room);
     MLControllerSystemStateExInit(&state.of);
@@ -37,7 +32,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLControllerSystemStateEx", &state, sizeof state.of, DUMP_ROOM_BYTES);
+    DUMP_ONCE("MLControllerSystemStateEx", state);
     // With rotation only, the position is where the controller was last seen, which a pose cannot say.
     const MLControllerStateEx *controller = &state.of.controller_state[0];
     if ((result = pose_begin(&pose, ML2S_STREAM_CONTROLLER, error)) ||
@@ -49,12 +44,12 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     return ML2S_OK;
 }
 
-const struct source_ops source_controller = {
-    .require = require, .open = begin, .poll_readings = poll_readings, .close = end};
+const struct source_ops source_controller = {.areas = HEAD_TRACKER_AREAS | 1u << SDK_CONTROLLER | 1u << SDK_SNAPSHOT,
+                                             .open = begin,
+                                             .poll_readings = poll_readings,
+                                             .close = end};
 
 static MLHandle input_tracker;
-
-static ml2s_result require_input(ml2s_error *error) { return sdk_require(1u << SDK_INPUT | 1u << SDK_TIME, error); }
 
 static ml2s_result begin_input(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
@@ -90,7 +85,6 @@ static ml2s_result copy_input(const MLInputControllerStateEx *from, ml2s_reading
 
 static ml2s_result poll_input(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    static bool is_shown;
     WITH_ROOM(MLInputControllerStateEx[MLInput_MaxControllers]) states;
     dump_begin(states.room);
     MLInputControllerStateExInit(states.of);
@@ -99,7 +93,7 @@ static ml2s_result poll_input(const ml2s_settings *settings, struct readings *re
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLInputControllerStateEx", &states, sizeof states.of, DUMP_ROOM_BYTES);
+    DUMP_ONCE("MLInputControllerStateEx", states);
     if ((result = pose_begin(&input, ML2S_STREAM_CONTROLLER_JOY, error)) ||
         (states.of[0].is_connected && (result = copy_input(&states.of[0], &input, error)))) {
         return result;
@@ -109,4 +103,4 @@ static ml2s_result poll_input(const ml2s_settings *settings, struct readings *re
 }
 
 const struct source_ops source_controller_input = {
-    .require = require_input, .open = begin_input, .poll_readings = poll_input, .close = end_input};
+    .areas = 1u << SDK_INPUT | 1u << SDK_TIME, .open = begin_input, .poll_readings = poll_input, .close = end_input};

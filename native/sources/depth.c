@@ -45,10 +45,6 @@ static ml2s_result translate(const ml2s_settings *settings, MLDepthCameraSetting
     return rate_of(settings->rate_hz, &config->frame_rate, error);
 }
 
-static ml2s_result require(ml2s_error *error) {
-    return sdk_require(1u << SDK_DEPTH | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error);
-}
-
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     MLDepthCameraSettings vendor;
     ml2s_result result = translate(settings, &vendor, error);
@@ -186,18 +182,12 @@ static ml2s_result find_stream(const ml2s_settings *settings, const void *depth_
     return ML2S_OK;
 }
 
-static bool is_frame_shown;
-static const struct camera depth = {"depth",
-                                    "MLDepthCameraFrame",
-                                    &is_frame_shown,
-                                    MLDepthCameraFrameType_Count,
-                                    sizeof(MLDepthCameraFrame),
-                                    find_stream,
-                                    copy_frame};
+static struct camera depth = {
+    "depth", "MLDepthCameraFrame", MLDepthCameraFrameType_Count, sizeof(MLDepthCameraFrame), find_stream, copy_frame,
+    false};
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
-    static bool is_shown;
     WITH_ROOM(MLDepthCameraData) data;
     dump_begin(data.room);
     MLDepthCameraDataInit(&data.of);
@@ -206,10 +196,14 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLDepthCameraData", &data, sizeof data.of, DUMP_ROOM_BYTES);
+    DUMP_ONCE("MLDepthCameraData", data);
     frameset_copy(set, &depth, settings, data.of.frames, data.of.frame_count, error);
     return SDK_CALL(error, depth, MLDepthCameraReleaseDepthData, camera, &data.of);
 }
 
-const struct source_ops source_depth = {
-    .require = require, .open = begin, .configure = configure, .poll = poll, .list_rates = list_rates, .close = end};
+const struct source_ops source_depth = {.areas = PERCEPTION_AREAS | 1u << SDK_DEPTH,
+                                        .open = begin,
+                                        .configure = configure,
+                                        .poll = poll,
+                                        .list_rates = list_rates,
+                                        .close = end};

@@ -32,10 +32,6 @@ static ml2s_result translate(const ml2s_settings *settings, MLEyeCameraSettings 
     return ML2S_OK;
 }
 
-static ml2s_result require(ml2s_error *error) {
-    return sdk_require(1u << SDK_EYE | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error);
-}
-
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     MLEyeCameraSettings vendor;
     ml2s_result result = translate(settings, &vendor, error);
@@ -92,13 +88,11 @@ static ml2s_result find_stream(const ml2s_settings *settings, const void *eye_fr
     return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: unknown camera %u", from->camera_id);
 }
 
-static bool is_frame_shown;
-static const struct camera eye = {"eye camera", "MLEyeCameraFrame", &is_frame_shown, CAMERAS, sizeof(MLEyeCameraFrame),
-                                  find_stream,  copy_frame};
+static struct camera eye = {"eye camera", "MLEyeCameraFrame", CAMERAS, sizeof(MLEyeCameraFrame),
+                            find_stream,  copy_frame,         false};
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
-    static bool is_shown;
     WITH_ROOM(MLEyeCameraData) data;
     dump_begin(data.room);
     MLEyeCameraDataInit(&data.of);
@@ -107,10 +101,10 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLEyeCameraData", &data, sizeof data.of, DUMP_ROOM_BYTES);
+    DUMP_ONCE("MLEyeCameraData", data);
     frameset_copy(set, &eye, settings, data.of.frames, data.of.frame_count, error);
     return SDK_CALL(error, eye, MLEyeCameraReleaseCameraData, cameras, &data.of);
 }
 
 const struct source_ops source_eye = {
-    .require = require, .open = begin, .configure = configure, .poll = poll, .close = end};
+    .areas = PERCEPTION_AREAS | 1u << SDK_EYE, .open = begin, .configure = configure, .poll = poll, .close = end};

@@ -60,14 +60,14 @@ static ml2s_result check_array(const void *frames, uint32_t count, uint32_t most
     return ML2S_OK;
 }
 
-void frameset_copy(struct frameset *set, const struct camera *camera, const ml2s_settings *settings, const void *frames,
+void frameset_copy(struct frameset *set, struct camera *camera, const ml2s_settings *settings, const void *frames,
                    uint32_t count, ml2s_error *error) {
     if (check_array(frames, count, camera->most_frames, camera->name, error)) {
         skip_all(set);
         return;
     }
     if (count) {
-        dump_once(camera->is_shown, camera->frame_name, frames, camera->frame_bytes, 0);
+        dump_once(&camera->is_shown, camera->frame_name, frames, camera->frame_bytes, 0);
     }
     const uint8_t *from = frames;
     for (uint32_t i = 0; i < count; i++, from += camera->frame_bytes) {

@@ -25,17 +25,17 @@ void frameset_complete(struct frameset *set, ml2s_frame *frame, ml2s_result resu
 struct camera {
     const char *name;       /**< Begins error messages. */
     const char *frame_name; /**< That of the structure. */
-    bool *is_shown;         /**< Set when the first frame was dumped. */
     uint32_t most_frames;
     uint32_t frame_bytes;
     /** Finds the stream of a frame; ML2S_STREAM_COUNT if settings want another exposure or range. */
     ml2s_result (*find_stream)(const ml2s_settings *settings, const void *from, uint32_t *stream, ml2s_error *error);
     /** Fills the frame of a stream. */
     ml2s_result (*copy)(const ml2s_settings *settings, const void *from, ml2s_frame *frame, ml2s_error *error);
+    bool is_shown; /**< The first frame was dumped. */
 };
 
 /** Adds the frames of a capture. Ignores those of streams that are not requested, which can follow a change. */
-void frameset_copy(struct frameset *set, const struct camera *camera, const ml2s_settings *settings, const void *frames,
+void frameset_copy(struct frameset *set, struct camera *camera, const ml2s_settings *settings, const void *frames,
                    uint32_t count, ml2s_error *error);
 
 /** Assigns unknown frames to streams, first to those without a frame. Returns true if a frame is usable. */

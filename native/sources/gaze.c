@@ -9,10 +9,6 @@ static MLHandle head_tracker;
 static MLHandle tracker;
 static MLEyeTrackingStaticData eyes;
 
-static ml2s_result require(ml2s_error *error) {
-    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_EYE_TRACKING | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
-}
-
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
     return head_tracker_close_after(SDK_CALL(error, eye_tracking, MLEyeTrackingDestroy, tracker), head_tracker, error);
@@ -72,7 +68,6 @@ static bool are_seen(const MLEyeTrackingStateEx *state) {
 
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
     (void)settings;
-    static bool is_shown;
     WITH_ROOM(MLEyeTrackingStateEx) state;
     dump_begin(state.room);
     MLEyeTrackingStateInit(&state.of);
@@ -81,7 +76,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLEyeTrackingStateEx", &state, sizeof state.of, DUMP_ROOM_BYTES);
+    DUMP_ONCE("MLEyeTrackingStateEx", state);
     if ((result = pose_begin(&pose, ML2S_STREAM_GAZE, error)) ||
         (are_seen(&state.of) && (result = locate(&pose, error)))) {
         return result;
@@ -90,4 +85,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     return ML2S_OK;
 }
 
-const struct source_ops source_gaze = {.require = require, .open = begin, .poll_readings = poll_readings, .close = end};
+const struct source_ops source_gaze = {.areas = HEAD_TRACKER_AREAS | 1u << SDK_EYE_TRACKING | 1u << SDK_SNAPSHOT,
+                                       .open = begin,
+                                       .poll_readings = poll_readings,
+                                       .close = end};

@@ -23,10 +23,6 @@ static MLHandle head_tracker;
 static MLHandle tracker;
 static MLHandTrackingStaticData frames;
 
-static ml2s_result require(ml2s_error *error) {
-    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_HAND_TRACKING | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
-}
-
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
     return head_tracker_close_after(SDK_CALL(error, hand_tracking, MLHandTrackingDestroy, tracker), head_tracker,
@@ -72,7 +68,6 @@ static ml2s_result locate(const MLSnapshot *snapshot, uint32_t hand, const MLHan
 }
 
 static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    static bool is_shown;
     WITH_ROOM(MLHandTrackingData) data;
     dump_begin(data.room);
     MLHandTrackingDataInit(&data.of);
@@ -82,7 +77,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     if (result) {
         return result;
     }
-    dump_once(&is_shown, "MLHandTrackingData", &data, sizeof data.of, DUMP_ROOM_BYTES);
+    DUMP_ONCE("MLHandTrackingData", data);
     if ((result = pose_begin(&now, 0, error)) || (result = snapshot_take(now.device_nanos, &snapshot, error))) {
         return result;
     }
@@ -94,5 +89,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     return snapshot_release(snapshot, result, error);
 }
 
-const struct source_ops source_hands = {
-    .require = require, .open = begin, .poll_readings = poll_readings, .close = end};
+const struct source_ops source_hands = {.areas = HEAD_TRACKER_AREAS | 1u << SDK_HAND_TRACKING | 1u << SDK_SNAPSHOT,
+                                        .open = begin,
+                                        .poll_readings = poll_readings,
+                                        .close = end};

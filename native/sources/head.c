@@ -14,10 +14,6 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return head_tracker_close(tracker, error);
 }
 
-static ml2s_result require(ml2s_error *error) {
-    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
-}
-
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     ml2s_result result = head_tracker_open(&tracker, error);
     if (result) {
@@ -61,4 +57,5 @@ _Static_assert((int)ML2S_TRACKING_LOST == (int)MLHeadTrackingMapEvent_Lost &&
                    (int)ML2S_TRACKING_NEW_SESSION == (int)MLHeadTrackingMapEvent_NewSession,
                "events of head tracking");
 
-const struct source_ops source_head = {.require = require, .open = begin, .poll_readings = poll_readings, .close = end};
+const struct source_ops source_head = {
+    .areas = HEAD_TRACKER_AREAS | 1u << SDK_SNAPSHOT, .open = begin, .poll_readings = poll_readings, .close = end};

@@ -4,7 +4,7 @@
 #include "../sdk/perception.h"
 
 /** The function tables that a head tracker needs. */
-#define HEAD_TRACKER_AREAS (1u << SDK_HEAD | 1u << SDK_PERCEPTION)
+#define HEAD_TRACKER_AREAS (PERCEPTION_AREAS | 1u << SDK_HEAD)
 
 ml2s_result head_tracker_open(MLHandle *tracker, ml2s_error *error);
 

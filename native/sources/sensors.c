@@ -2,6 +2,7 @@
 #include <stddef.h>
 
 #include "../sdk/error.h"
+#include "../sdk/tables.h"
 #include "sensors.h"
 
 #define BIT(stream) ML2S_STREAM_BIT(ML2S_STREAM_##stream)
@@ -37,7 +38,7 @@ ml2s_result sensor_find_ops(uint32_t sensor, uint32_t backend, const struct sour
 }
 
 ml2s_result source_require(const struct source_ops *ops, ml2s_error *error) {
-    return ops->require ? ops->require(error) : ML2S_OK;
+    return ops->require ? ops->require(error) : sdk_require(ops->areas, error);
 }
 
 ml2s_result ml2s_check(uint32_t sensor, uint32_t backend, ml2s_error *error) {

@@ -22,8 +22,10 @@ struct readings {
 void readings_add(struct readings *readings, const ml2s_reading *reading);
 
 struct source_ops {
-    /** Checks that libraries and symbols exist. Called before open, and alone. Thread-safe. */
+    /** Checks that libraries and symbols exist. Called before open, and alone. Thread-safe. Null: the SDK's areas. */
     ml2s_result (*require)(ml2s_error *error);
+
+    uint32_t areas; /**< The areas of the vendor's SDK that the source needs. */
 
     /** Starts the streams. After a failure nothing is open. */
     ml2s_result (*open)(const ml2s_settings *settings, ml2s_error *error);

@@ -38,10 +38,6 @@ static MLWorldCameraSettings translate(const ml2s_settings *settings) {
     return vendor;
 }
 
-static ml2s_result require(ml2s_error *error) {
-    return sdk_require(1u << SDK_WORLD | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error);
-}
-
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     MLWorldCameraSettings vendor = translate(settings);
     ml2s_result result = perception_start(error);
@@ -98,14 +94,11 @@ static ml2s_result find_stream(const ml2s_settings *settings, const void *world_
                      from->frame_type);
 }
 
-static bool is_frame_shown;
-static const struct camera world = {"world camera", "MLWorldCameraFrame",       &is_frame_shown,
-                                    CAMERAS *MODES, sizeof(MLWorldCameraFrame), find_stream,
-                                    copy_frame};
+static struct camera world = {"world camera", "MLWorldCameraFrame", CAMERAS *MODES, sizeof(MLWorldCameraFrame),
+                              find_stream,    copy_frame,           false};
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
-    static bool is_shown;
     WITH_ROOM(MLWorldCameraData) data;
     dump_begin(data.room);
     MLWorldCameraDataInit(&data.of);
@@ -115,10 +108,10 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     if (result || !filled) {
         return result;
     }
-    dump_once(&is_shown, "MLWorldCameraData", &data, sizeof data.of, DUMP_ROOM_BYTES);
+    DUMP_ONCE("MLWorldCameraData", data);
     frameset_copy(set, &world, settings, filled->frames, filled->frame_count, error);
     return SDK_CALL(error, world, MLWorldCameraReleaseCameraData, cameras, filled);
 }
 
 const struct source_ops source_world = {
-    .require = require, .open = begin, .configure = configure, .poll = poll, .close = end};
+    .areas = PERCEPTION_AREAS | 1u << SDK_WORLD, .open = begin, .configure = configure, .poll = poll, .close = end};
