@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 APP = "dev.ml2sensors.app"
-PERMISSIONS = ("android.permission.CAMERA", "com.magicleap.permission.DEPTH_CAMERA")
 # Answers of the app, checked by its own test.
 STATUS = Path(__file__).parents[2] / "ml2-sensors-aar/app/src/test/resources/status.jsonl"
 SERIAL = "G5A0STANDIN"

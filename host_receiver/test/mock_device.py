@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from math import inf
-from types import TracebackType
 from typing import Self
 
 from ml2_receiver.table.reader import load_table
@@ -142,9 +141,7 @@ class MockDevice:
             self._pinger.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._gone.set()
         if self._pinger is not None:
             self._pinger.join()

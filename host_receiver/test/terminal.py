@@ -7,7 +7,6 @@ import subprocess
 import sys
 import termios
 from contextlib import suppress
-from types import TracebackType
 from typing import Self
 
 from ros_processes import environment
@@ -38,9 +37,7 @@ class OnTerminal:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.process.kill()
         self.process.wait()
         os.close(self._terminal)

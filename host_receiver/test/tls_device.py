@@ -6,7 +6,6 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from ipaddress import ip_address
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from cryptography import x509
@@ -16,7 +15,6 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 
 from ml2_receiver.wire.kinds import Kind
 from mock_device import MockDevice
-from waiting import LIMIT_S
 
 _PERIOD_S = 0.02
 
@@ -106,14 +104,7 @@ class StreamingDevice:
                 self.device.publish(self._topic)
                 self.device.wires["control"].send(Kind.PING)
 
-    def await_end(self) -> None:
-        """Waits until the receiver has ended the session."""
-        self._sender.join(LIMIT_S)
-        assert not self._sender.is_alive()
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._leaving.set()
         self._sender.join()
         self.device.disconnect()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import struct
 from contextlib import ExitStack, suppress
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import cv2
@@ -52,9 +51,7 @@ class Browser:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._open.close()
 
     def say(self, **message: Any) -> None:

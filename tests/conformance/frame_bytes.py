@@ -41,7 +41,6 @@ KINDS = {
 }
 
 KIB = 1024
-UNKNOWN_BOUND = 64 * KIB
 BOUNDS = dict.fromkeys(KINDS, 4 * KIB) | {
     "HELLO": 64 * KIB,
     "WELCOME": 64 * KIB,
@@ -61,7 +60,6 @@ BOUNDS = dict.fromkeys(KINDS, 4 * KIB) | {
     "REQUEST": 64 * KIB,
     "RESPONSE": 64 * KIB,
 }
-SENSORS_DATA_BOUND = 64 * KIB
 
 
 def header(

@@ -6,7 +6,6 @@ import socket
 import struct
 import threading
 from contextlib import suppress
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from bodies import (
@@ -93,12 +92,7 @@ class ScriptedDevice:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for peer in self.lanes.values():
             peer.close()
 
@@ -172,12 +166,7 @@ class StreamingDevice(ScriptedDevice):
             )
             sequence += 1
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._is_over.set()
         self._sender.join()
-        super().__exit__(kind, error, traceback)
+        super().__exit__()

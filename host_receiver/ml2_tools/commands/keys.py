@@ -7,7 +7,6 @@ import termios
 import threading
 import tty
 from collections.abc import Callable, Mapping
-from types import TracebackType
 from typing import Self
 
 LEFT, RIGHT = "\x1b[D", "\x1b[C"
@@ -34,9 +33,7 @@ class Keys:
             self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._is_reading:
             os.write(self._stop_write, b"\0")
             self._thread.join()
