@@ -67,9 +67,9 @@ internal class ImagePacing(
         }
     }
 
-    private fun begin(): Unit = synchronized(rate) { if (writers++ == 0) rate.resume(nanoTime()) }
+    private fun begin(): Unit = synchronized(rate) { if (writers++ == 0) rate.images.resume(nanoTime()) }
 
-    private fun finish(): Unit = synchronized(rate) { if (--writers == 0) rate.pause(nanoTime()) }
+    private fun finish(): Unit = synchronized(rate) { if (--writers == 0) rate.images.pause(nanoTime()) }
 
     /**
      * Waits until [bytes] of an image may be written. Call [written] afterwards.
@@ -135,7 +135,7 @@ internal class ImagePacing(
     fun written(bytes: Int): Unit = synchronized(rate) {
         grantedBytes -= bytes
         writtenBytes += bytes
-        rate.written(nanoTime())
+        rate.images.written(nanoTime())
     }
 
     /** Bounds the rate; null means that only the link does. */

@@ -2,12 +2,10 @@ package dev.ml2sensors.pacing
 
 import kotlin.math.max
 import kotlin.math.min
-import kotlin.math.pow
 
 /**
  * The rate at which the image lanes of a session may send together, so that the link has no queue in which a small
- * message waits. It knows what was acknowledged, the round trips of the time lane, and when images had
- * to wait.
+ * message waits. It knows what was acknowledged, the round trips of the time lane, and when images had to wait.
  *
  * - When two successive round trips have too much [QueueingDelay], or one that has not ended yet much too much, the link
  *   is congested.
@@ -23,36 +21,20 @@ import kotlin.math.pow
  * Times are of one monotonic clock, in ns. Not thread-safe.
  */
 internal class ImageRate(startNanos: Long) {
-    /** Several cuts against one delay; [isMeasured] if images without pauses showed what the link delivers. */
-    private class Congestion(
-        val bytesPerSecond: Double,
-        val delayNanos: Long,
-        val cuts: Int,
-        val isMeasured: Boolean,
-    )
-
     /** A cut because of the round trip that began at [askedNanos], and the rate in B/s before. */
     private class Judgement(val askedNanos: Long, val bytesPerSecond: Double)
 
+    /** Lanes tell it of their images. */
+    val images: ImageActivity = ImageActivity(startNanos)
     private val delay = QueueingDelay()
-    private val pauses = ImagePauses(startNanos)
+    private val growth = GrowingRate(startNanos)
     private val sent = RecentBytes()
     private val delivered = RecentBytes()
-    private var writtenNanos = startNanos - RECENT_NANOS
 
     /** The cut that the round trip under way led to before its end; null if it led to none. */
     private var judgement: Judgement? = null
-
-    /** The rate at which the link is congested, in B/s; null before the first time. */
-    private var congestedAt: Double? = null
     private var congestion: Congestion? = null
-    private var drainedNanos = startNanos
     private var heldUntilNanos = startNanos
-
-    /** For how long images have waited since the end of the hold. */
-    private var grownNanos = 0L
-    private var advancedNanos = startNanos
-    private var waitedNanos = startNanos - WAITING_NANOS
 
     /** The least round trip of the last 10 s; 0 before the first. */
     val leastRoundTripNanos: Long get() = delay.leastRoundTripNanos
@@ -65,18 +47,27 @@ internal class ImageRate(startNanos: Long) {
 
     /** True while images wait because the rate of the link is not known yet. */
     fun isSearching(nowNanos: Long): Boolean =
-        congestedAt == null && nowNanos - waitedNanos < WAITING_NANOS && bytesPerSecond(nowNanos) < mostBytesPerSecond
+        growth.congestedAt == null && images.areWaiting(nowNanos) && bytesPerSecond(nowNanos) < mostBytesPerSecond
 
     /** Returns the present rate in B/s. */
     fun bytesPerSecond(nowNanos: Long): Double {
         advance(nowNanos)
-        // Congestion shows later on a long path, so that the rate must grow more slowly
-        val seconds = grownNanos * 1e-9 / max(1.0, delay.leastRoundTripNanos / SHORT_PATH_NANOS)
-        val congestedAt =
-            congestedAt ?: return min(START * 2.0.pow(seconds / START_DOUBLING_SECONDS), mostBytesPerSecond)
-        val part = if (nowNanos < drainedNanos) DRAIN else CubicGrowth.part(seconds)
-        return min(max(LEAST, congestedAt * part), mostBytesPerSecond)
+        return min(growth.bytesPerSecond(delay.leastRoundTripNanos, nowNanos), mostBytesPerSecond)
     }
+
+    private fun advance(nowNanos: Long) = growth.advance(nowNanos) {
+        when {
+            !images.areWaiting(nowNanos) -> null
+            !growth.isBeyond -> 1
+            isBehind -> null
+            delay.isLasting -> QUEUE_SLOWNESS
+            !images.fillLink(nowNanos) -> if (isMoreWanted) SEARCH_SLOWNESS else PAUSES_SLOWNESS
+            else -> 1
+        }
+    }
+
+    /** True if bursts of images arrive more slowly than they are sent: at a higher rate they would only wait in the link. */
+    private val isBehind get() = delivered.mostBytesPerSecond + ROUGHNESS < KEPT_UP * sent.mostBytesPerSecond
 
     /**
      * Returns how many bytes may be under way: what an empty path takes, and a queue that is long enough to be seen. A
@@ -86,27 +77,13 @@ internal class ImageRate(startNanos: Long) {
         val rate = bytesPerSecond(nowNanos)
         // Acknowledgements, too, wait on the way back
         val emptyPathNanos = delay.leastRoundTripNanos + delay.returningNanos
-        return (rate * emptyPathNanos + proven(rate) * (delay.toleratedNanos + SEEN_NANOS)) * 1e-9
+        return (rate * emptyPathNanos + growth.proven(rate) * (delay.toleratedNanos + SEEN_NANOS)) * 1e-9
     }
-
-    /** The part of [rate] that is at most a little above the congested one: the link was seen to have so much. */
-    private fun proven(rate: Double) = min(rate, (congestedAt ?: rate) * CubicGrowth.PLATEAU_END)
 
     /** Images wait at present because of the rate. */
     fun waited(nowNanos: Long) {
         advance(nowNanos)
-        waitedNanos = nowNanos
-    }
-
-    /** From now on an image is written, or waits to be. */
-    fun resume(nowNanos: Long): Unit = pauses.end(nowNanos)
-
-    /** No image is left to write. */
-    fun pause(nowNanos: Long): Unit = pauses.begin(nowNanos)
-
-    /** A part of an image was handed to the kernel. */
-    fun written(nowNanos: Long) {
-        writtenNanos = nowNanos
+        images.waited(nowNanos)
     }
 
     /** Since the session began, [sentBytes] were sent, and the receiver has acknowledged [bytes]. */
@@ -129,10 +106,11 @@ internal class ImageRate(startNanos: Long) {
         val judgedRate = judgement?.bytesPerSecond
         judgement = null
         val isOnWayBack = found <= delay.toleratedNanos && delay.returningNanos > delay.toleratedNanos
-        if (judgedRate != null && (isOnWayBack || found > STALL_NANOS)) return resumeAt(judgedRate, nowNanos)
+        // The bytes under way alone cannot delay by STALL_NANOS, so the link stood still; or only the answer was late
+        if (judgedRate != null && (isOnWayBack || found > STALL_NANOS)) return restart(judgedRate, null, nowNanos)
         if (!mayCut(nowNanos) || min(found, before) <= delay.toleratedNanos) return
         val grownDelay = found + max(0, found - before) // It has grown since this round trip began
-        val deliveredRate = if (pauses.areOver(nowNanos)) {
+        val deliveredRate = if (images.fillLink(nowNanos)) {
             delivered.bytesPerSecond(max(onPathNanos, MOMENTS_NANOS))
         } else {
             delivered.mostBytesPerSecond
@@ -146,91 +124,37 @@ internal class ImageRate(startNanos: Long) {
      */
     fun unanswered(askedNanos: Long, nowNanos: Long) {
         val waiting = nowNanos - askedNanos - delay.leastRoundTripNanos - delay.returningNanos
-        if (askedNanos == judgement?.askedNanos || waiting <= CERTAIN * delay.toleratedNanos ||
-            !pauses.areOver(nowNanos) ||
-            !mayCut(nowNanos)
-        ) {
-            return
-        }
+        val isCertain = waiting > CERTAIN * delay.toleratedNanos && images.fillLink(nowNanos)
+        if (askedNanos == judgement?.askedNanos || !isCertain || !mayCut(nowNanos)) return
         judgement = Judgement(askedNanos, bytesPerSecond(nowNanos))
         congested(delivered.bytesPerSecond(nowNanos - askedNanos), waiting, nowNanos)
     }
 
-    /**
-     * Takes a cut back. The bytes under way alone cannot delay by [STALL_NANOS], so the link stood still; or only the
-     * answer was late.
-     */
-    private fun resumeAt(bytesPerSecond: Double, nowNanos: Long) {
-        congestedAt = bytesPerSecond
-        congestion = null
-        drainedNanos = nowNanos
-        heldUntilNanos = nowNanos + 2 * delay.leastRoundTripNanos + SHORTEST_HOLD_NANOS
-        grownNanos = 0
-        delay.restart()
-    }
+    private fun mayCut(nowNanos: Long) = nowNanos >= heldUntilNanos && images.areWritten(nowNanos)
 
-    private fun mayCut(nowNanos: Long) = nowNanos >= heldUntilNanos && nowNanos - writtenNanos < RECENT_NANOS
-
-    private fun congested(
-        deliveredRate: Double,
-        delayNanos: Long,
-        nowNanos: Long,
-    ) {
-        val isFilled = pauses.areOver(nowNanos)
+    private fun congested(deliveredRate: Double, delayNanos: Long, nowNanos: Long) {
+        val isFilled = images.fillLink(nowNanos)
         val isRelated = nowNanos - heldUntilNanos < RELATED_NANOS + 2 * delay.leastRoundTripNanos
         val before = congestion?.takeIf { isRelated && (it.isMeasured || !isFilled) }
-        val rate = bytesPerSecond(nowNanos)
+        val drainedNanos = nowNanos + DRAIN_DELAYS * delayNanos
         if (before == null) {
-            // Images with pauses show less than the link delivers
-            val least = (if (isFilled) proven(rate) else rate) / DEEPEST_CUT
-            congestedAt = max(deliveredRate, knownRate(rate, nowNanos)).coerceIn(least, rate)
-            congestion = Congestion(checkNotNull(congestedAt), delayNanos, cuts = 1, isFilled)
-        } else if (before.cuts == MOST_CUTS && delayNanos > before.delayNanos / 2) {
+            val rate = growth.cut(bytesPerSecond(nowNanos), deliveredRate, isFilled)
+            restart(rate, Congestion(rate, delayNanos, isFilled), drainedNanos)
+        } else if (before.isElsewhere(delayNanos)) {
             delay.accept(delayNanos, nowNanos)
-            congestedAt = before.bytesPerSecond
-            congestion = null
+            restart(before.bytesPerSecond, null, drainedNanos)
         } else {
-            val most = max(LEAST, before.bytesPerSecond * FURTHER_CUT.pow(before.cuts))
-            congestedAt = if (isFilled) deliveredRate.coerceIn(most / DEEPEST_FURTHER_CUT, most) else most
-            congestion = Congestion(
-                before.bytesPerSecond,
-                max(before.delayNanos, delayNanos),
-                before.cuts + 1,
-                before.isMeasured,
-            )
+            val rate = before.furtherRate(deliveredRate.takeIf { isFilled })
+            restart(rate, before.further(delayNanos), drainedNanos)
         }
-        drainedNanos = nowNanos + DRAIN_DELAYS * delayNanos
+    }
+
+    private fun restart(bytesPerSecond: Double, congestion: Congestion?, drainedNanos: Long) {
+        growth.restart(bytesPerSecond, drainedNanos)
+        this.congestion = congestion
         // A round trip that is under way has seen the queue, the next one has not
         heldUntilNanos = drainedNanos + 2 * delay.leastRoundTripNanos + SHORTEST_HOLD_NANOS
-        grownNanos = 0
         delay.restart()
-    }
-
-    /**
-     * The rate that the link is known to have, in B/s; 0 if it is not. Images with pauses do not show what the link
-     * delivers, and a single delay may have come from elsewhere: then the known rate stands.
-     */
-    private fun knownRate(rate: Double, nowNanos: Long): Double {
-        val known = congestedAt
-        return if (known == null || pauses.areOver(nowNanos) || rate > known * CubicGrowth.PLATEAU_END) 0.0 else known
-    }
-
-    /** True if bursts of images arrive more slowly than they are sent: at a higher rate they would only wait in the link. */
-    private val isBehind get() = delivered.mostBytesPerSecond + ROUGHNESS < KEPT_UP * sent.mostBytesPerSecond
-
-    private fun advance(nowNanos: Long) {
-        val from = max(advancedNanos, drainedNanos)
-        if (nowNanos > from && nowNanos - waitedNanos < WAITING_NANOS) {
-            val isBeyond = congestedAt != null && grownNanos * 1e-9 > CubicGrowth.PLATEAU_END_SECONDS
-            val slowness = when {
-                !isBeyond -> 1
-                delay.isLasting -> QUEUE_SLOWNESS
-                !pauses.areOver(nowNanos) -> if (isMoreWanted) SEARCH_SLOWNESS else PAUSES_SLOWNESS
-                else -> 1
-            }
-            if (!isBeyond || !isBehind) grownNanos += (nowNanos - from) / slowness
-        }
-        advancedNanos = max(advancedNanos, nowNanos)
     }
 
     companion object {
@@ -244,12 +168,6 @@ internal class ImageRate(startNanos: Long) {
         private const val CERTAIN = 3
         private const val SEEN_NANOS = 2_000_000L
         private const val MOMENTS_NANOS = 40_000_000L
-        private const val RECENT_NANOS = 200_000_000L
-        private const val DEEPEST_CUT = 4
-        private const val FURTHER_CUT = 0.8
-        private const val DEEPEST_FURTHER_CUT = 2
-        private const val MOST_CUTS = 4
-        private const val DRAIN = 0.25
 
         /** So many times the delay drains the queue of a link that small messages fill to a third. */
         private const val DRAIN_DELAYS = 2
@@ -268,15 +186,6 @@ internal class ImageRate(startNanos: Long) {
 
         /** A slice of 16 KiB in 20 ms, in B/s: images are sent in slices, so the counts are no finer. */
         private const val ROUGHNESS = 0.8e6
-
-        /** In B/s: what a poor Wi-Fi link has left beside small messages. */
-        private const val START = 10e6 / 8
-        private const val START_DOUBLING_SECONDS = 0.2
-
-        /** A picture now and then, on any link. */
-        private const val LEAST = 0.5e6 / 8
-        private const val WAITING_NANOS = 50_000_000L
-        private const val SHORT_PATH_NANOS = 20e6
         private const val SHORTEST_HOLD_NANOS = 40_000_000L
 
         /** Congestion so soon after a cut is the same one. */

@@ -253,7 +253,7 @@ internal class VirtualLink(
         if (millis < FIRST_IMAGE_MILLIS) return 0.0
         val now = millis * NANOS_PER_MILLI
         offer(millis)
-        if (waitingBytes > 0) rate.resume(now)
+        if (waitingBytes > 0) rate.images.resume(now)
         val limit = queueMillis * max(bytesPerMilli, 1.0)
         queueBytes = min(queueBytes, limit)
         val room = max(0.0, limit + bytesPerMilli - queueBytes - sensors)
@@ -265,11 +265,11 @@ internal class VirtualLink(
         writtenBytes += images
         rate.acknowledged(acknowledgedBytes.toLong(), writtenBytes.toLong(), now)
         roundTrip?.acknowledged(acknowledgedBytes.toLong(), now)
-        if (images >= 1) rate.written(now)
+        if (images >= 1) rate.images.written(now)
         waitingBytes -= images
         cameras?.send(images, now)
         if (millis % ADAPT_MILLIS == 0) cameras?.adapt(rate, writtenBytes.toLong(), now)
-        if (waitingBytes > 0) rate.waited(now) else rate.pause(now)
+        if (waitingBytes > 0) rate.waited(now) else rate.images.pause(now)
         queueBytes = max(0.0, queueBytes + sensors + images - bytesPerMilli)
         passedBytes[millis] = writtenBytes - queueBytes
         return images
