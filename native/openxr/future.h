@@ -15,3 +15,16 @@ ml2s_result future_cancel(XrFutureEXT future, ml2s_error *error);
  * until then. Only for sensors whose thread has nothing else to do.
  */
 ml2s_result future_wait(XrFutureEXT future, const char *call, bool is_starting, ml2s_error *error);
+
+/**
+ * Calls nameAsyncML of the pixel sensors, waits as future_wait, and calls nameCompleteML, which writes completion.
+ * Returns the first failure.
+ */
+#define XR_COMPLETE(error, name, sensor, info, completion, is_starting)                                                \
+    ({                                                                                                                 \
+        XrFutureEXT future;                                                                                            \
+        ml2s_result result = XR_CALL(error, pixel, name##AsyncML, sensor, info, &future);                              \
+        result = result ? result : future_wait(future, #name "AsyncML", is_starting, error);                           \
+        result = result ? result : XR_CALL(error, pixel, name##CompleteML, sensor, future, completion);                \
+        result ? result : xr_result_of((completion)->futureResult, #name "AsyncML", error);                            \
+    })

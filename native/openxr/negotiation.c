@@ -169,14 +169,8 @@ static ml2s_result configure(const struct negotiation *n, ml2s_error *error) {
                                       .streams = &n->mode->device_stream,
                                       .configCount = n->config_count,
                                       .configs = n->configs};
-    XrFutureEXT future;
-    ml2s_result result = XR_CALL(error, pixel, xrConfigurePixelSensorAsyncML, n->sensor, &info, &future);
-    if (result || (result = future_wait(future, "xrConfigurePixelSensorAsyncML", true, error))) {
-        return result;
-    }
     XrPixelSensorConfigureCompletionML completion = {.type = XR_TYPE_PIXEL_SENSOR_CONFIGURE_COMPLETION_ML};
-    result = XR_CALL(error, pixel, xrConfigurePixelSensorCompleteML, n->sensor, future, &completion);
-    return result ? result : xr_result_of(completion.futureResult, "xrConfigurePixelSensorAsyncML", error);
+    return XR_COMPLETE(error, xrConfigurePixelSensor, n->sensor, &info, &completion, true);
 }
 
 ml2s_result negotiate(XrPixelSensorML sensor, const struct pixel_mode *mode, ml2s_error *error) {

@@ -78,30 +78,16 @@ static ml2s_result choose_metadata(struct pixel_sensor *sensor, ml2s_error *erro
 
 static ml2s_result start_stream(struct pixel_sensor *sensor, ml2s_error *error) {
     XrPixelSensorStartInfoML info = {XR_TYPE_PIXEL_SENSOR_START_INFO_ML, NULL, 1, &sensor->mode.device_stream};
-    XrFutureEXT future;
-    ml2s_result result = XR_CALL(error, pixel, xrStartPixelSensorAsyncML, sensor->sensor, &info, &future);
-    if (result || (result = future_wait(future, "xrStartPixelSensorAsyncML", true, error))) {
-        return result;
-    }
     XrPixelSensorStartCompletionML completion = {.type = XR_TYPE_PIXEL_SENSOR_START_COMPLETION_ML};
-    result = XR_CALL(error, pixel, xrStartPixelSensorCompleteML, sensor->sensor, future, &completion);
-    if (!result) {
-        result = xr_result_of(completion.futureResult, "xrStartPixelSensorAsyncML", error);
-    }
+    ml2s_result result = XR_COMPLETE(error, xrStartPixelSensor, sensor->sensor, &info, &completion, true);
     sensor->is_running = !result;
     return result;
 }
 
 static ml2s_result stop_stream(struct pixel_sensor *sensor, ml2s_error *error) {
     XrPixelSensorStopInfoML info = {XR_TYPE_PIXEL_SENSOR_STOP_INFO_ML, NULL, 1, &sensor->mode.device_stream};
-    XrFutureEXT future;
-    ml2s_result result = XR_CALL(error, pixel, xrStopPixelSensorAsyncML, sensor->sensor, &info, &future);
-    if (result || (result = future_wait(future, "xrStopPixelSensorAsyncML", false, error))) {
-        return result;
-    }
     XrPixelSensorStopCompletionML completion = {.type = XR_TYPE_PIXEL_SENSOR_STOP_COMPLETION_ML};
-    result = XR_CALL(error, pixel, xrStopPixelSensorCompleteML, sensor->sensor, future, &completion);
-    return result ? result : xr_result_of(completion.futureResult, "xrStopPixelSensorAsyncML", error);
+    return XR_COMPLETE(error, xrStopPixelSensor, sensor->sensor, &info, &completion, false);
 }
 
 static ml2s_result query_buffer_size(struct pixel_sensor *sensor, ml2s_error *error) {

@@ -108,7 +108,6 @@ XrResult getState(XrSession session, const XrActionStateGetInfo *getInfo, State 
             misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_ACTIONSET_NOT_ATTACHED, "an action that is not attached");
         state.isActive = action.wasSynced && !action.input.empty() && !isOn(Key::FaultInputDisconnected);
         state.currentState = state.isActive ? static_cast<decltype(state.currentState)>(valueOf(action.input)) : 0;
-        return XR_SUCCESS;
     });
 }
 
@@ -120,17 +119,10 @@ XrResult xrCreateActionSet(XrInstance instance, const XrActionSetCreateInfo *cre
         requireType(createInfo, XR_TYPE_ACTION_SET_CREATE_INFO, "XrActionSetCreateInfo");
         requireNonNull(actionSet, "actionSet") =
             registerObject<XrActionSet>(number(instance), std::make_unique<ActionSet>());
-        return XR_SUCCESS;
     });
 }
 
-XrResult xrDestroyActionSet(XrActionSet actionSet) {
-    return entry([&](auto &) {
-        find<ActionSet>(actionSet, "action set");
-        destroy(number(actionSet), "action set");
-        return XR_SUCCESS;
-    });
-}
+XrResult xrDestroyActionSet(XrActionSet actionSet) { return destroyHandle<ActionSet>(actionSet, "action set"); }
 
 XrResult xrCreateAction(XrActionSet actionSet, const XrActionCreateInfo *createInfo, XrAction *action) {
     return entry([&](auto &) {
@@ -140,17 +132,10 @@ XrResult xrCreateAction(XrActionSet actionSet, const XrActionCreateInfo *createI
         auto created = std::make_unique<Action>();
         created->type = info.actionType;
         requireNonNull(action, "action") = registerObject<XrAction>(number(actionSet), std::move(created));
-        return XR_SUCCESS;
     });
 }
 
-XrResult xrDestroyAction(XrAction action) {
-    return entry([&](auto &) {
-        find<Action>(action, "action");
-        destroy(number(action), "action");
-        return XR_SUCCESS;
-    });
-}
+XrResult xrDestroyAction(XrAction action) { return destroyHandle<Action>(action, "action"); }
 
 XrResult xrSuggestInteractionProfileBindings(XrInstance instance, const XrInteractionProfileSuggestedBinding *given) {
     return entry([&](auto &) {
@@ -181,7 +166,6 @@ XrResult xrAttachSessionActionSets(XrSession session, const XrSessionActionSetsA
         for (uint32_t i = 0; i < info.countActionSets; i++)
             find<ActionSet>(info.actionSets[i], "action set").isAttached = true;
         state.hasActionSets = true;
-        return XR_SUCCESS;
     });
 }
 
@@ -198,7 +182,6 @@ XrResult xrCreateActionSpace(XrSession session, const XrActionSpaceCreateInfo *c
             return poseOf(static_cast<const Action &>(*found->second), time);
         };
         requireNonNull(space, "space") = registerObject<XrSpace>(number(session), std::move(created));
-        return XR_SUCCESS;
     });
 }
 

@@ -208,7 +208,6 @@ XrResult xrGetPixelSensorBufferPropertiesML(XrPixelSensorML sensor, const XrPixe
                 misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, "metadata that are not offered");
         out.stream = info.stream;
         out.bufferSize = bytesFor(stream, pictureTypes(stream, types));
-        return XR_SUCCESS;
     });
 }
 

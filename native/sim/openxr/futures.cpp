@@ -61,7 +61,6 @@ XrResult xrPollFutureEXT(XrInstance instance, const XrFuturePollInfoEXT *pollInf
         auto &out = requireType(pollResult, XR_TYPE_FUTURE_POLL_RESULT_EXT, "XrFuturePollResultEXT");
         const auto &future = futureOf(info.future, "no such future to poll");
         out.state = mlTimeNow() < future.readyAt ? XR_FUTURE_STATE_PENDING_EXT : XR_FUTURE_STATE_READY_EXT;
-        return XR_SUCCESS;
     });
 }
 
@@ -71,7 +70,6 @@ XrResult xrCancelFutureEXT(XrInstance instance, const XrFutureCancelInfoEXT *can
         const auto &info = requireType(cancelInfo, XR_TYPE_FUTURE_CANCEL_INFO_EXT, "XrFutureCancelInfoEXT");
         endFuture(info.future, futureOf(info.future, "no such future to cancel"), false);
         ++runtime().counters.futures_cancelled;
-        return XR_SUCCESS;
     });
 }
 

@@ -25,16 +25,11 @@ XrResult xrCreateHandTrackerEXT(XrSession session, const XrHandTrackerCreateInfo
         auto created = std::make_unique<HandTracker>();
         created->hand = info.hand;
         requireNonNull(tracker, "tracker") = registerObject<XrHandTrackerEXT>(number(session), std::move(created));
-        return XR_SUCCESS;
     });
 }
 
 XrResult xrDestroyHandTrackerEXT(XrHandTrackerEXT tracker) {
-    return entry([&](auto &) {
-        find<HandTracker>(tracker, "hand tracker");
-        destroy(number(tracker), "hand tracker");
-        return XR_SUCCESS;
-    });
+    return destroyHandle<HandTracker>(tracker, "hand tracker");
 }
 
 XrResult xrLocateHandJointsEXT(XrHandTrackerEXT tracker, const XrHandJointsLocateInfoEXT *locateInfo,
@@ -58,7 +53,6 @@ XrResult xrLocateHandJointsEXT(XrHandTrackerEXT tracker, const XrHandJointsLocat
             location.pose = toXr(compose(inverse(*base), compose(headAt(info.time), jointInHead(side, joint))));
             location.radius = 0.01f;
         }
-        return XR_SUCCESS;
     });
 }
 

@@ -106,13 +106,7 @@ XrResult xrCreateInstance(const XrInstanceCreateInfo *createInfo, XrInstance *in
     });
 }
 
-XrResult xrDestroyInstance(XrInstance instance) {
-    return entry([&](auto &) {
-        find<Instance>(instance, "instance");
-        destroy(number(instance), "instance");
-        return XR_SUCCESS;
-    });
-}
+XrResult xrDestroyInstance(XrInstance instance) { return destroyHandle<Instance>(instance, "instance"); }
 
 XrResult xrPollEvent(XrInstance instance, XrEventDataBuffer *event) {
     return entry([&](auto &) {
@@ -137,7 +131,6 @@ XrResult xrResultToString(XrInstance instance, XrResult value, char buffer[XR_MA
         else
             std::snprintf(buffer, XR_MAX_RESULT_STRING_SIZE, "XR_UNKNOWN_%s_%d", value < 0 ? "FAILURE" : "SUCCESS",
                           value);
-        return XR_SUCCESS;
     });
 }
 
@@ -147,7 +140,6 @@ XrResult xrStringToPath(XrInstance instance, const char *text, XrPath *path) {
         if (*text != '/')
             misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_PATH_FORMAT_INVALID, std::string("no path: ") + text);
         requireNonNull(path, "path") = pathOf(text);
-        return XR_SUCCESS;
     });
 }
 
@@ -191,7 +183,6 @@ XrResult xrGetSystemProperties(XrInstance instance, XrSystemId system, XrSystemP
             else
                 misuse(ML2SIM_XR_MISUSE_TYPE, XR_ERROR_VALIDATION_FAILURE, "unknown system properties are chained");
         }
-        return XR_SUCCESS;
     });
 }
 
@@ -199,7 +190,6 @@ XrResult xrConvertTimespecTimeToTimeKHR(XrInstance instance, const timespec *mon
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
         requireNonNull(time, "time") = mlTimeOfMonotonic(monotonic->tv_sec * kSecond + monotonic->tv_nsec);
-        return XR_SUCCESS;
     });
 }
 
@@ -211,7 +201,6 @@ XrResult xrConvertTimeToTimespecTimeKHR(XrInstance instance, XrTime time, timesp
         const int64_t nanos = monotonicOfMlTime(time);
         requireNonNull(monotonic, "timespec") = {static_cast<time_t>(nanos / kSecond),
                                                  static_cast<long>(nanos % kSecond)};
-        return XR_SUCCESS;
     });
 }
 

@@ -142,16 +142,11 @@ XrResult xrCreateMarkerDetectorML(XrSession session, const XrMarkerDetectorCreat
                     .cameraHint == XR_MARKER_DETECTOR_CAMERA_RGB_CAMERA_ML;
         requireNonNull(markerDetector, "detector") =
             registerObject<XrMarkerDetectorML>(number(session), std::move(detector));
-        return XR_SUCCESS;
     });
 }
 
 XrResult xrDestroyMarkerDetectorML(XrMarkerDetectorML markerDetector) {
-    return entry([&](auto &) {
-        detectorOf(markerDetector);
-        destroy(number(markerDetector), "marker detector");
-        return XR_SUCCESS;
-    });
+    return destroyHandle<Detector>(markerDetector, "marker detector");
 }
 
 XrResult xrSnapshotMarkerDetectorML(XrMarkerDetectorML markerDetector, XrMarkerDetectorSnapshotInfoML *snapshotInfo) {
@@ -164,7 +159,6 @@ XrResult xrSnapshotMarkerDetectorML(XrMarkerDetectorML markerDetector, XrMarkerD
                                ? INT64_MAX
                                : mlTimeNow() + runtime().keys.whole("markers.delay_ms") * 1000000;
         detector.wasSeenReady = false;
-        return XR_SUCCESS;
     });
 }
 
@@ -180,7 +174,6 @@ XrResult xrGetMarkerDetectorStateML(XrMarkerDetectorML markerDetector, XrMarkerD
             out.state = runtime().keys.whole("fault.markers.fails") != 0 ? XR_MARKER_DETECTOR_STATUS_ERROR_ML
                                                                          : XR_MARKER_DETECTOR_STATUS_READY_ML;
         detector.wasSeenReady = out.state == XR_MARKER_DETECTOR_STATUS_READY_ML;
-        return XR_SUCCESS;
     });
 }
 
@@ -199,7 +192,6 @@ XrResult xrGetMarkerReprojectionErrorML(XrMarkerDetectorML markerDetector, XrMar
     return entry([&](auto &) {
         const int tag = tagOf(detectorOf(markerDetector), marker);
         requireNonNull(meters, "reprojection error") = isFalse(tag) ? 0.02f : 0.0005f;
-        return XR_SUCCESS;
     });
 }
 
@@ -208,7 +200,6 @@ XrResult xrGetMarkerLengthML(XrMarkerDetectorML markerDetector, XrMarkerML marke
         const auto &detector = detectorOf(markerDetector);
         tagOf(detector, marker);
         requireNonNull(meters, "length") = detector.length_m > 0 ? detector.length_m : float(kMarkerSide_m);
-        return XR_SUCCESS;
     });
 }
 
@@ -219,7 +210,6 @@ XrResult xrGetMarkerNumberML(XrMarkerDetectorML markerDetector, XrMarkerML marke
         if (detector.type == XR_MARKER_TYPE_QR_ML)
             misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_MARKER_DETECTOR_INVALID_DATA_QUERY_ML, "the number of a text");
         requireNonNull(value, "number") = static_cast<uint64_t>(tag);
-        return XR_SUCCESS;
     });
 }
 
@@ -250,7 +240,6 @@ XrResult xrCreateMarkerSpaceML(XrSession session, const XrMarkerSpaceCreateInfoM
             return place ? std::optional(compose(*place, fromXr(inMarker))) : std::nullopt;
         };
         requireNonNull(space, "space") = registerObject<XrSpace>(number(session), std::move(created));
-        return XR_SUCCESS;
     });
 }
 

@@ -141,15 +141,12 @@ XrResult xrDestroyPixelSensorML(XrPixelSensorML sensor) {
         destroy(number(sensor), path.c_str());
         if (isRunning)
             misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, path + " destroyed while running");
-        return XR_SUCCESS;
     });
 }
 
 XrResult xrGetPixelSensorStreamCountML(XrPixelSensorML sensor, uint32_t *count) {
-    return entry([&](auto &) {
-        requireNonNull(count, "count") = static_cast<uint32_t>(sensorOf(sensor).streams.size());
-        return XR_SUCCESS;
-    });
+    return entry(
+        [&](auto &) { requireNonNull(count, "count") = static_cast<uint32_t>(sensorOf(sensor).streams.size()); });
 }
 
 XrResult xrConfigurePixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorConfigInfoML *configInfo,
@@ -168,7 +165,6 @@ XrResult xrConfigurePixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSens
             for (const auto &[stream, mode] : modes)
                 target.streams[stream].mode = mode;
         });
-        return XR_SUCCESS;
     });
 }
 
@@ -216,7 +212,6 @@ XrResult xrStartPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorSt
                     stream.isRunning = true;
                 }
             });
-        return XR_SUCCESS;
     });
 }
 
@@ -239,7 +234,6 @@ XrResult xrStopPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorSto
             self.streams[stream].isRunning = false;
         }
         requireNonNull(future, "future") = begin(sensor, self, "stop", streams, [](PixelSensor &) {});
-        return XR_SUCCESS;
     });
 }
 
@@ -259,7 +253,6 @@ XrResult xrCreatePixelSensorSpaceML(XrSession session, const XrPixelSensorCreate
         created->at = [model = sensorOf(info.sensor).model](XrTime time) { return placeOf(*model, time); };
         // The sensor destroys it.
         requireNonNull(space, "space") = registerObject<XrSpace>(number(info.sensor), std::move(created));
-        return XR_SUCCESS;
     });
 }
 

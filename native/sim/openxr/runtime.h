@@ -9,6 +9,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "keys.h"
@@ -59,11 +60,14 @@ template <class Event> void post(const Event &event) {
 /// Refuses when the fault `key` is set.
 void refuseIf(const char *key, XrResult result);
 
-/// Runs the body of an entry point under the runtime's mutex.
+/// Runs the body of an entry point under the runtime's mutex. A body that returns nothing succeeds.
 template <class Body> XrResult entry(Body body) {
     std::unique_lock<std::mutex> lock(runtime().mutex);
     try {
-        return body(lock);
+        if constexpr (std::is_void_v<decltype(body(lock))>)
+            return body(lock), XR_SUCCESS;
+        else
+            return body(lock);
     } catch (const Refusal &refusal) {
         return refusal.result;
     }
@@ -114,6 +118,14 @@ template <class Handle> Handle registerObject(uint64_t parent, std::unique_ptr<O
 
 /// Destroys an object and its children. Children that do not die with their parent are a misuse.
 void destroy(uint64_t handle, const char *name);
+
+/// Destroys the object of a handle if it is a Kind; a whole entry point.
+template <class Kind, class Handle> XrResult destroyHandle(Handle handle, const char *name) {
+    return entry([&](auto &) {
+        find<Kind>(handle, name);
+        destroy(number(handle), name);
+    });
+}
 
 /// Implements OpenXR's two-call idiom: writes the count, and the values if capacity suffices.
 template <class Value>

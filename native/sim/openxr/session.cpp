@@ -87,17 +87,10 @@ XrResult xrCreateSession(XrInstance instance, const XrSessionCreateInfo *createI
         requireNonNull(session, "session") = registerObject<XrSession>(number(instance), std::move(created));
         ++runtime().counters.sessions_created;
         enterState(*session, state, XR_SESSION_STATE_IDLE);
-        return XR_SUCCESS;
     });
 }
 
-XrResult xrDestroySession(XrSession session) {
-    return entry([&](auto &) {
-        find<Session>(session, "session");
-        destroy(number(session), "session");
-        return XR_SUCCESS;
-    });
-}
+XrResult xrDestroySession(XrSession session) { return destroyHandle<Session>(session, "session"); }
 
 XrResult xrBeginSession(XrSession session, const XrSessionBeginInfo *beginInfo) {
     return entry([&](auto &) {
@@ -108,7 +101,6 @@ XrResult xrBeginSession(XrSession session, const XrSessionBeginInfo *beginInfo) 
         state.isRunning = true;
         for (const auto next : {XR_SESSION_STATE_SYNCHRONIZED, XR_SESSION_STATE_VISIBLE, XR_SESSION_STATE_FOCUSED})
             enterState(session, state, next);
-        return XR_SUCCESS;
     });
 }
 
@@ -119,7 +111,6 @@ XrResult xrEndSession(XrSession session) {
             misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_SESSION_NOT_STOPPING, "a session ended that was not stopping");
         state.isRunning = false;
         enterState(session, state, XR_SESSION_STATE_IDLE);
-        return XR_SUCCESS;
     });
 }
 
@@ -144,13 +135,7 @@ XrResult xrCreateReferenceSpace(XrSession session, const XrReferenceSpaceCreateI
     });
 }
 
-XrResult xrDestroySpace(XrSpace space) {
-    return entry([&](auto &) {
-        located(space);
-        destroy(number(space), "space");
-        return XR_SUCCESS;
-    });
-}
+XrResult xrDestroySpace(XrSpace space) { return destroyHandle<Space>(space, "space"); }
 
 XrResult xrLocateSpace(XrSpace space, XrSpace base, XrTime time, XrSpaceLocation *location) {
     return entry([&](auto &) {
@@ -161,7 +146,6 @@ XrResult xrLocateSpace(XrSpace space, XrSpace base, XrTime time, XrSpaceLocation
         out.locationFlags = pose && from && isTracked() ? kLocated : 0;
         if (out.locationFlags != 0)
             out.pose = toXr(compose(inverse(*from), *pose));
-        return XR_SUCCESS;
     });
 }
 

@@ -68,7 +68,6 @@ XrResult xrEnableLocalizationEventsML(XrSession session, const XrLocalizationEna
         refuseIf("fault.map.denied", XR_ERROR_LOCALIZATION_MAP_PERMISSION_DENIED_ML);
         // Enabled before the session runs, the first event never comes.
         state.localization = {info.enabled != 0 && state.isRunning, {}};
-        return XR_SUCCESS;
     });
 }
 
@@ -81,7 +80,6 @@ XrResult xrEnableUserCalibrationEventsML(XrInstance instance, const XrUserCalibr
         for (auto &[handle, object] : runtime().objects)
             if (auto *session = dynamic_cast<Session *>(object.get()))
                 session->fit = session->calibration = {info.enabled != 0 && session->isRunning, {}};
-        return XR_SUCCESS;
     });
 }
 
