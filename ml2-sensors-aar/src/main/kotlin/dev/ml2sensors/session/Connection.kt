@@ -15,12 +15,7 @@ import dev.ml2sensors.wire.FrameReader
 import dev.ml2sensors.wire.FrameWriter
 import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.printable
-import kotlinx.coroutines.Dispatchers
-import kotlinx.coroutines.currentCoroutineContext
-import kotlinx.coroutines.ensureActive
-import kotlinx.coroutines.runInterruptible
 import java.io.Closeable
-import java.io.IOException
 import java.net.InetAddress
 import java.net.StandardSocketOptions
 import java.nio.ByteBuffer
@@ -150,15 +145,4 @@ internal class Connection private constructor(
             }
         }
     }
-}
-
-/**
- * Runs [block], which may block on connections, on a thread for that. Cancelling closes the connection that it waits
- * for; the resulting failure is not reported.
- */
-internal suspend fun <T> blockingIo(block: () -> T): T = try {
-    runInterruptible(Dispatchers.IO, block)
-} catch (e: IOException) {
-    currentCoroutineContext().ensureActive()
-    throw e
 }

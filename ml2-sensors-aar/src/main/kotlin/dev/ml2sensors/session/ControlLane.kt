@@ -10,7 +10,6 @@ import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.RosLanes
 import dev.ml2sensors.wire.Welcome
 import kotlinx.coroutines.CancellationException
-import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.NonCancellable
 import kotlinx.coroutines.async
 import kotlinx.coroutines.coroutineScope
@@ -64,7 +63,7 @@ internal class ControlLane(private val connection: Connection) {
      */
     suspend fun read(allowed: Set<FrameKind>): Frame? {
         val result = coroutineScope {
-            val reading = async(Dispatchers.IO) { runCatching { connection.read(allowed) } }
+            val reading = async(blockingThreads) { runCatching { connection.read(allowed) } }
             try {
                 reading.await()
             } catch (e: CancellationException) {

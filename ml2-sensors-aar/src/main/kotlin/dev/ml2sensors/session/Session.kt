@@ -14,7 +14,6 @@ import dev.ml2sensors.wire.Welcome
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
-import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.async
 import kotlinx.coroutines.cancelChildren
@@ -135,7 +134,7 @@ internal class Session(
 }
 
 /** Runs [block] on a thread that may block. After our BYE its I/O errors are ignored. */
-private fun CoroutineScope.launchPart(control: ControlLane, block: suspend () -> Unit): Job = launch(Dispatchers.IO) {
+private fun CoroutineScope.launchPart(control: ControlLane, block: suspend () -> Unit): Job = launch(blockingThreads) {
     try {
         block()
     } catch (e: IOException) {

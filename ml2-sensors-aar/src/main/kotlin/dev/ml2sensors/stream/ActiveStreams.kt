@@ -6,6 +6,7 @@ import dev.ml2sensors.session.EventQueue
 import dev.ml2sensors.session.Lane
 import dev.ml2sensors.session.SourceFailure
 import dev.ml2sensors.session.StreamControl
+import dev.ml2sensors.session.blockingThreads
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DerivedStreamsHeadset
 import dev.ml2sensors.source.Headset
@@ -18,7 +19,6 @@ import dev.ml2sensors.wire.ChannelBody
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.CoroutineScope
-import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.channels.ReceiveChannel
 import kotlinx.coroutines.currentCoroutineContext
@@ -36,13 +36,13 @@ import kotlin.time.Duration.Companion.seconds
  * The streams of one app instance over all its sessions: what is configured, what runs, and the counters.
  *
  * @param scope runs the pipelines.
- * @param sources runs streams, whose sources may block, on threads that others do not wait for.
+ * @param sources runs streams, whose sources may block.
  */
 internal class ActiveStreams(
     headset: Headset,
     private val clock: HostClock,
     private val scope: CoroutineScope,
-    sources: CoroutineDispatcher = Dispatchers.IO.limitedParallelism(MOST_BLOCKED),
+    sources: CoroutineDispatcher = blockingThreads,
 ) : StreamControl {
     private class Running(
         val values: StreamValues,
@@ -279,10 +279,5 @@ internal class ActiveStreams(
             reports.failures.send(SourceFailure(spec.id, e.words()))
         }
         changes.withLock { recordingEnd.end(spec, accepted.keys) }
-    }
-
-    private companion object {
-        /** More than the number of streams, of which each may block a thread, and the watchdogs beside them. */
-        const val MOST_BLOCKED = 256
     }
 }
