@@ -1,5 +1,6 @@
 package dev.ml2sensors.simulator.replay
 
+import dev.ml2sensors.simulator.signal.waitUntil
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
@@ -13,8 +14,6 @@ import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
-import kotlinx.coroutines.withTimeoutOrNull
-import kotlin.time.Duration.Companion.nanoseconds
 
 /**
  * Replays a [recording] once, as if a headset captured it now.
@@ -72,8 +71,7 @@ public class ReplayHeadset(
             while (row < track.stamps.size) {
                 val recordedNanos = track.stamps[row]
                 track.sample(row, schedule.captureNanos(recordedNanos)).useThenRelease { sample ->
-                    awaitDue(schedule.dueNanos(recordedNanos))
-                    if (!closed.isActive) return@flow
+                    if (!clock.waitUntil(schedule.dueNanos(recordedNanos), closed)) return@flow
                     row++
                     emit(sample)
                 }
@@ -89,10 +87,6 @@ public class ReplayHeadset(
         } finally {
             if (this is ImageSample) release()
         }
-    }
-
-    private suspend fun awaitDue(dueNanos: Long) {
-        withTimeoutOrNull((dueNanos - clock.nowNanos()).nanoseconds) { closed.join() }
     }
 
     private fun camera(stream: StreamSpec): RecordedCamera? = when (stream) {

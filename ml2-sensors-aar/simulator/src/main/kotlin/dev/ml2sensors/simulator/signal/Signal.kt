@@ -5,14 +5,16 @@ import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
+import kotlinx.coroutines.ExperimentalCoroutinesApi
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.FlowCollector
 import kotlinx.coroutines.flow.flow
-import kotlinx.coroutines.withTimeoutOrNull
-import kotlin.time.Duration.Companion.nanoseconds
+import kotlinx.coroutines.selects.onTimeout
+import kotlinx.coroutines.selects.select
 
 internal const val NANOS_PER_SECOND: Long = 1_000_000_000
+private const val NANOS_PER_MILLISECOND = 1_000_000L
 
 /** The sample times start + tick / rate, in exact integers: errors do not accumulate, and equal rates share all times. */
 internal class SampleTimes(private val startNanos: Long, private val rateHz: Int) {
@@ -48,12 +50,16 @@ internal fun Signal.samples(clock: DeviceClock, startNanos: Long, end: Job): Flo
     }
 }
 
-/** Waits until [dueNanos]. Returns false if [end] came first. */
+/** Waits until [dueNanos], which costs no exception as withTimeout() would. Returns false if [end] came first. */
+@OptIn(ExperimentalCoroutinesApi::class)
 internal suspend fun DeviceClock.waitUntil(dueNanos: Long, end: Job): Boolean {
     while (end.isActive) {
         val wait = dueNanos - nowNanos()
         if (wait <= 0) return true
-        withTimeoutOrNull(wait.nanoseconds) { end.join() }
+        select {
+            end.onJoin {}
+            onTimeout((wait + NANOS_PER_MILLISECOND - 1) / NANOS_PER_MILLISECOND) {} // rounded down, it would wait twice
+        }
     }
     return false
 }
