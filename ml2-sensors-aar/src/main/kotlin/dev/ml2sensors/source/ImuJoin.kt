@@ -20,7 +20,7 @@ internal fun joinInertial(
         coroutineScope {
             val accelerations = accelerometer.buffer(READ_AHEAD).produceIn(this)
             val bracket = Bracket(accelerations) { emit(it) }
-            gyroscope.buffer(READ_AHEAD).collect { rate ->
+            gyroscope.collect { rate ->
                 when (rate) {
                     is VectorSample -> {
                         val acceleration = bracket.at(rate.captureNanos)
@@ -85,5 +85,5 @@ private fun interpolate(
     )
 }
 
-/** Covers what an operating system delivers in one batch, so that either sensor can run ahead. */
+/** Covers what an operating system delivers in one batch. The queues of sensors let the gyroscope run ahead. */
 private const val READ_AHEAD = 64
