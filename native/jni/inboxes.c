@@ -6,16 +6,14 @@
 #include "../sdk/ml2s.h"
 #include "failure.h"
 
-jint inboxes_open(JNIEnv *env, jclass class, jint depth) {
-    (void)class;
+jint inboxes_open(JNIEnv *env, jclass, jint depth) {
     uint32_t inbox = 0;
     failure_throw(env, ml2s_inbox_open((uint32_t)depth, &inbox), NULL);
     return (jint)inbox;
 }
 
-jboolean inboxes_add(JNIEnv *env, jclass class, jint inbox, jbyteArray bytes, jint offset, jint size_bytes,
+jboolean inboxes_add(JNIEnv *env, jclass, jint inbox, jbyteArray bytes, jint offset, jint size_bytes,
                      jlong published_nanos, jint number) {
-    (void)class;
     ml2s_message message = {.struct_size = sizeof message,
                             .size_bytes = (uint64_t)size_bytes,
                             .published_nanos = published_nanos,
@@ -36,8 +34,7 @@ jboolean inboxes_add(JNIEnv *env, jclass class, jint inbox, jbyteArray bytes, ji
     return !ml2s_inbox_add((uint32_t)inbox, &message);
 }
 
-jobject inboxes_await(JNIEnv *env, jclass class, jint inbox, jlongArray about) {
-    (void)class;
+jobject inboxes_await(JNIEnv *env, jclass, jint inbox, jlongArray about) {
     ml2s_message message = {.struct_size = sizeof message};
     ml2s_result result;
     do {
@@ -57,12 +54,8 @@ jobject inboxes_await(JNIEnv *env, jclass class, jint inbox, jlongArray about) {
     return bytes;
 }
 
-void inboxes_release(JNIEnv *env, jclass class, jint inbox, jint slot) {
-    (void)class;
+void inboxes_release(JNIEnv *env, jclass, jint inbox, jint slot) {
     failure_throw(env, ml2s_inbox_release((uint32_t)inbox, (uint32_t)slot), NULL);
 }
 
-void inboxes_close(JNIEnv *env, jclass class, jint inbox) {
-    (void)class;
-    failure_throw(env, ml2s_inbox_close((uint32_t)inbox), NULL);
-}
+void inboxes_close(JNIEnv *env, jclass, jint inbox) { failure_throw(env, ml2s_inbox_close((uint32_t)inbox), NULL); }

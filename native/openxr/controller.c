@@ -4,8 +4,7 @@
 #include "poses.h"
 #include "runtime.h"
 
-static ml2s_result prepare(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result prepare(const ml2s_settings *, ml2s_error *error) {
     return actions_attach(ACTION_CONTROLLER, "controller", error);
 }
 
@@ -13,10 +12,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return xr_begin(XR_AREA_BIT(XR_CONTROLLER), prepare, settings, error);
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
-    return xr_end(ML2S_OK, error);
-}
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) { return xr_end(ML2S_OK, error); }
 
 static ml2s_result read_touch(float *values, ml2s_error *error) {
     XrActionStateBoolean touch;
@@ -43,8 +39,7 @@ static ml2s_result read_buttons(ml2s_reading *input, ml2s_error *error) {
     return read_touch(input->values, error);
 }
 
-static ml2s_result poll_input(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result poll_input(const ml2s_settings *, struct readings *readings, ml2s_error *error) {
     struct poses_time now;
     ml2s_result result = xr_handle_events(error);
     if (result || (result = actions_sync(error)) || (result = poses_now(&now, error))) {

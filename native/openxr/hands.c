@@ -34,8 +34,7 @@ static ml2s_result destroy_trackers(ml2s_error *error) {
     return first;
 }
 
-static ml2s_result create_trackers(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result create_trackers(const ml2s_settings *, ml2s_error *error) {
     ml2s_result result = check_system(error);
     for (uint32_t i = 0; i < HANDS && !result; i++) {
         XrHandTrackerCreateInfoEXT info = {XR_TYPE_HAND_TRACKER_CREATE_INFO_EXT, NULL, hands[i].hand,
@@ -52,10 +51,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return xr_begin(XR_AREA_BIT(XR_HANDS), create_trackers, settings, error);
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
-    return xr_end(destroy_trackers(error), error);
-}
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) { return xr_end(destroy_trackers(error), error); }
 
 static ml2s_result locate(uint32_t hand, const struct poses_time *now, struct readings *readings, ml2s_error *error) {
     XrHandJointLocationEXT joints[XR_HAND_JOINT_COUNT_EXT];

@@ -8,8 +8,7 @@
 static XrSpace view;
 static bool was_tracked;
 
-static ml2s_result create_view(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result create_view(const ml2s_settings *, ml2s_error *error) {
     XrReferenceSpaceCreateInfo info = {
         XR_TYPE_REFERENCE_SPACE_CREATE_INFO, NULL, XR_REFERENCE_SPACE_TYPE_VIEW, {{0, 0, 0, 1}, {0, 0, 0}}};
     was_tracked = true;
@@ -20,8 +19,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return xr_begin(0, create_view, settings, error);
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) {
     ml2s_result result = XR_CALL(error, core, xrDestroySpace, view);
     view = XR_NULL_HANDLE;
     return xr_end(result, error);
@@ -36,8 +34,7 @@ static uint32_t events_of(bool is_tracked) {
     return events;
 }
 
-static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result poll_readings(const ml2s_settings *, struct readings *readings, ml2s_error *error) {
     struct poses_time now;
     XrPosef pose;
     ml2s_reading reading;

@@ -175,8 +175,7 @@ static ml2s_result poll_readings(const ml2s_settings *settings, struct readings 
     return ML2S_OK;
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) {
     ml2s_result result = XR_CALL(error, core, xrDestroySpace, origin);
     origin = XR_NULL_HANDLE;
     return xr_end(result, error);

@@ -201,8 +201,7 @@ static ml2s_result add_tracked(struct readings *readings, ml2s_error *error) {
     return result;
 }
 
-static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result poll_readings(const ml2s_settings *, struct readings *readings, ml2s_error *error) {
     ml2s_result result = xr_handle_events(error);
     if (!result && !detector) {
         return error_set(error, ML2S_VENDOR_FAILURE, 0, "the marker detector did not start with its new settings");
@@ -237,10 +236,7 @@ static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
     return result ? result : create_detector(settings, error);
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
-    return xr_end(destroy_detector(error), error);
-}
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) { return xr_end(destroy_detector(error), error); }
 
 const struct source_ops openxr_markers = {
     .require = xr_require, .open = begin, .configure = configure, .poll_readings = poll_readings, .close = end};

@@ -7,24 +7,20 @@
 static MLHandle head_tracker;
 static MLHandle camera_tracker;
 
-static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result begin(const ml2s_settings *, ml2s_error *error) {
     ml2s_result result = head_tracker_open(&head_tracker, error);
     return result ? result
                   : head_tracker_close_on_failure(SDK_CALL(error, cv, MLCVCameraTrackingCreate, &camera_tracker),
                                                   head_tracker);
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) {
     return head_tracker_close_after(SDK_CALL(error, cv, MLCVCameraTrackingDestroy, camera_tracker), head_tracker,
                                     error);
 }
 
 /** Returns ML2S_NO_POSE after any failure, so that the image is still delivered. */
-static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nanos, ml2s_reading *pose,
-                              ml2s_error *error) {
-    (void)settings;
+static ml2s_result color_pose(const ml2s_settings *, int64_t device_nanos, ml2s_reading *pose, ml2s_error *error) {
     MLTransform transform;
     *pose = (ml2s_reading){.stream = ML2S_STREAM_COLOR, .device_nanos = device_nanos};
     // In an app that renders with OpenXR, poses are current only while snapshots are taken.

@@ -8,8 +8,7 @@
 static MLHandle head_tracker;
 static MLHandle tracker;
 
-static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result begin(const ml2s_settings *, ml2s_error *error) {
     static const MLControllerConfiguration modes = {.enable_fused6dof = true};
     ml2s_result result = head_tracker_open(&head_tracker, error);
     return result ? result
@@ -17,13 +16,11 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
                                                   head_tracker);
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) {
     return head_tracker_close_after(SDK_CALL(error, controller, MLControllerDestroy, tracker), head_tracker, error);
 }
 
-static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result poll_readings(const ml2s_settings *, struct readings *readings, ml2s_error *error) {
     WITH_ROOM(MLControllerSystemStateEx) state;
     dump_begin(state.room);
     MLControllerSystemStateExInit(&state.of);
@@ -51,13 +48,11 @@ const struct source_ops source_controller = {.areas = HEAD_TRACKER_AREAS | 1u <<
 
 static MLHandle input_tracker;
 
-static ml2s_result begin_input(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result begin_input(const ml2s_settings *, ml2s_error *error) {
     return SDK_CALL(error, input, MLInputCreate, &input_tracker);
 }
 
-static ml2s_result end_input(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end_input(const ml2s_settings *, ml2s_error *error) {
     return SDK_CALL(error, input, MLInputDestroy, input_tracker);
 }
 
@@ -83,8 +78,7 @@ static ml2s_result copy_input(const MLInputControllerStateEx *from, ml2s_reading
     return ML2S_OK;
 }
 
-static ml2s_result poll_input(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result poll_input(const ml2s_settings *, struct readings *readings, ml2s_error *error) {
     WITH_ROOM(MLInputControllerStateEx[MLInput_MaxControllers]) states;
     dump_begin(states.room);
     MLInputControllerStateExInit(states.of);

@@ -54,8 +54,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera);
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) {
     return SDK_CALL(error, depth, MLDepthCameraDisconnect, camera);
 }
 

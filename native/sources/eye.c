@@ -41,8 +41,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras);
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) {
     return SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras);
 }
 
@@ -52,9 +51,7 @@ static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
     return result ? result : SDK_CALL(error, eye, MLEyeCameraUpdateSettings, cameras, &vendor);
 }
 
-static ml2s_result copy_frame(const ml2s_settings *settings, const void *eye_frame, ml2s_frame *frame,
-                              ml2s_error *error) {
-    (void)settings;
+static ml2s_result copy_frame(const ml2s_settings *, const void *eye_frame, ml2s_frame *frame, ml2s_error *error) {
     const MLEyeCameraFrame *from = eye_frame;
     const MLEyeCameraFrameBuffer *buffer = &from->frame_buffer;
     struct picture picture = {buffer->data,   buffer->width,           buffer->height,
@@ -75,9 +72,7 @@ static ml2s_result copy_frame(const ml2s_settings *settings, const void *eye_fra
     return result;
 }
 
-static ml2s_result find_stream(const ml2s_settings *settings, const void *eye_frame, uint32_t *stream,
-                               ml2s_error *error) {
-    (void)settings;
+static ml2s_result find_stream(const ml2s_settings *, const void *eye_frame, uint32_t *stream, ml2s_error *error) {
     const MLEyeCameraFrame *from = eye_frame;
     for (int i = 0; i < CAMERAS; i++) {
         if (known[i].id == from->camera_id) {

@@ -9,8 +9,7 @@ static MLHandle head_tracker;
 static MLHandle tracker;
 static MLEyeTrackingStaticData eyes;
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) {
     return head_tracker_close_after(SDK_CALL(error, eye_tracking, MLEyeTrackingDestroy, tracker), head_tracker, error);
 }
 
@@ -66,8 +65,7 @@ static bool are_seen(const MLEyeTrackingStateEx *state) {
     return !state->error && state->left_center_confidence > 0 && state->right_center_confidence > 0;
 }
 
-static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result poll_readings(const ml2s_settings *, struct readings *readings, ml2s_error *error) {
     WITH_ROOM(MLEyeTrackingStateEx) state;
     dump_begin(state.room);
     MLEyeTrackingStateInit(&state.of);

@@ -23,8 +23,7 @@ static MLHandle head_tracker;
 static MLHandle tracker;
 static MLHandTrackingStaticData frames;
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) {
     return head_tracker_close_after(SDK_CALL(error, hand_tracking, MLHandTrackingDestroy, tracker), head_tracker,
                                     error);
 }

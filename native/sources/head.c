@@ -9,10 +9,7 @@ static MLHeadTrackingStaticData head;
 /** Map events that were read and not yet delivered. The device reports each event once. */
 static uint64_t events;
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
-    return head_tracker_close(tracker, error);
-}
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) { return head_tracker_close(tracker, error); }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     ml2s_result result = head_tracker_open(&tracker, error);
@@ -26,8 +23,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return result;
 }
 
-static ml2s_result poll_readings(const ml2s_settings *settings, struct readings *readings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result poll_readings(const ml2s_settings *, struct readings *readings, ml2s_error *error) {
     MLHeadTrackingStateEx state;
     MLHeadTrackingStateExInit(&state);
     uint64_t fetched = 0;

@@ -44,8 +44,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return result ? result : SDK_CALL(error, world, MLWorldCameraConnect, &vendor, &cameras);
 }
 
-static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result end(const ml2s_settings *, ml2s_error *error) {
     return SDK_CALL(error, world, MLWorldCameraDisconnect, cameras);
 }
 
@@ -54,9 +53,7 @@ static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
     return SDK_CALL(error, world, MLWorldCameraUpdateSettings, cameras, &vendor);
 }
 
-static ml2s_result copy_frame(const ml2s_settings *settings, const void *world_frame, ml2s_frame *frame,
-                              ml2s_error *error) {
-    (void)settings;
+static ml2s_result copy_frame(const ml2s_settings *, const void *world_frame, ml2s_frame *frame, ml2s_error *error) {
     const MLWorldCameraFrame *from = world_frame;
     const MLWorldCameraFrameBuffer *buffer = &from->frame_buffer;
     struct picture picture = {buffer->data,   buffer->width,           buffer->height,

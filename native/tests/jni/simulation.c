@@ -7,8 +7,7 @@
 #include "../../sdk/ml2s.h"
 #include "ml2sim.h"
 
-static jstring set(JNIEnv *env, jclass class, jstring key, jstring value) {
-    (void)class;
+static jstring set(JNIEnv *env, jclass, jstring key, jstring value) {
     char texts[2][256];
     jstring strings[] = {key, value};
     for (int i = 0; i < 2; i++) {
@@ -36,8 +35,7 @@ static jint open_handles(JNIEnv *env, jclass class) {
     return (jint)(counters.open_handles + counters.outstanding_gets + counters.outstanding_snapshots);
 }
 
-static jstring last_misuse(JNIEnv *env, jclass class) {
-    (void)class;
+static jstring last_misuse(JNIEnv *env, jclass) {
     ml2sim_counters counters;
     ml2sim_get_counters(&counters);
     return (*env)->NewStringUTF(env, counters.last_misuse);
@@ -49,8 +47,7 @@ static jlong mltime(JNIEnv *env, jclass class, jlong boottime_nanos) {
 }
 
 /** Rotation x, y, z, w and position of a camera, or of the head when there is no such camera. */
-static jdoubleArray true_pose(JNIEnv *env, jclass class, jint camera, jlong boottime_nanos) {
-    (void)class;
+static jdoubleArray true_pose(JNIEnv *env, jclass, jint camera, jlong boottime_nanos) {
     ml2sim_pose pose;
     int64_t mltime = ml2sim_mltime_of_boottime(boottime_nanos);
     if (ml2sim_true_pose((uint32_t)camera, mltime, &pose)) {
@@ -71,8 +68,7 @@ static void *loaded(const char *name) {
 }
 
 /** Returns the oldest message of an inbox, or null. */
-static jbyteArray take_message(JNIEnv *env, jclass class, jint inbox) {
-    (void)class;
+static jbyteArray take_message(JNIEnv *env, jclass, jint inbox) {
     ml2s_result (*acquire)(uint32_t, ml2s_message *) = NULL;
     ml2s_result (*release)(uint32_t, uint32_t) = NULL;
     *(void **)&acquire = loaded("ml2s_inbox_acquire");
@@ -89,8 +85,7 @@ static jbyteArray take_message(JNIEnv *env, jclass class, jint inbox) {
     return bytes;
 }
 
-static jboolean acquire_latest(JNIEnv *env, jclass class, jint stream, jlong after_nanos, jobject frame) {
-    (void)class;
+static jboolean acquire_latest(JNIEnv *env, jclass, jint stream, jlong after_nanos, jobject frame) {
     ml2s_result (*acquire)(uint32_t, int64_t, ml2s_frame *) = NULL;
     *(void **)&acquire = loaded("ml2s_acquire_latest");
     ml2s_frame *memory = (*env)->GetDirectBufferAddress(env, frame);
@@ -125,8 +120,7 @@ static void *call_attached(void *context) {
 }
 
 /** Calls a static method from a thread that no class has begun, with a text or null; returns what it threw. */
-static jthrowable call_natively(JNIEnv *env, jclass class, jclass of, jstring name, jstring argument) {
-    (void)class;
+static jthrowable call_natively(JNIEnv *env, jclass, jclass of, jstring name, jstring argument) {
     struct call call = {.class = (*env)->NewGlobalRef(env, of), .argument = (*env)->NewGlobalRef(env, argument)};
     (*env)->GetJavaVM(env, &call.vm);
     (*env)->GetStringUTFRegion(env, name, 0, (*env)->GetStringLength(env, name), call.name);
@@ -143,8 +137,7 @@ static jthrowable call_natively(JNIEnv *env, jclass class, jclass of, jstring na
 #define METHOD(name, signature, function)                                                                              \
     { (char *)(name), (char *)(signature), (void *)(function) }
 
-JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
-    (void)reserved;
+JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
     static const JNINativeMethod methods[] = {
         METHOD("set", "(Ljava/lang/String;Ljava/lang/String;)Ljava/lang/String;", set),
         METHOD("reset", "()V", reset),
