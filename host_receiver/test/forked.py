@@ -36,13 +36,21 @@ _one_at_a_time = threading.Lock()
 
 
 class ForkedPython(subprocess.Popen[str]):
-    """`python3 -m MODULE ...` or `python3 FILE ...`; its `args` begin with that Python."""
+    """`python3 -m MODULE ...` or `python3 FILE ...`; its `args` begin with that Python.
+
+    With `network`, it runs in the network that `ip netns` has by that name.
+    """
+
+    def __init__(self, args: list[str], *, network: str = "", **options: Any) -> None:
+        self._network = network
+        super().__init__(args, **options)
 
     def _execute_child(self, args: list[str], *given: Any) -> None:
         _, _, _, _, cwd, environ, _, _, _, *pipes = given
         # Inherited, unless others are given
         streams = [it if it != -1 else n for n, it in enumerate((pipes[0], pipes[3], pipes[5]))]
-        request = json.dumps([args, str(cwd or Path.cwd()), environ or {**os.environ}]).encode()
+        folder, environ = str(cwd or Path.cwd()), environ or {**os.environ}
+        request = json.dumps([args, folder, environ, self._network]).encode()
         with _one_at_a_time:
             server = _server()
             # The fork is orphaned at once, so it becomes a child of this process.
@@ -182,7 +190,10 @@ def main() -> None:
     gc.freeze()  # so that forks share what was imported
     with socket.socket(fileno=int(sys.argv[1])) as connection:
         request, streams = _serve(connection)
-    command, folder, environ = json.loads(request)
+    command, folder, environ, network = json.loads(request)
+    if network:
+        with Path("/run/netns", network).open() as file:
+            os.setns(file, os.CLONE_NEWNET)
     _become(command, folder, environ, streams)
     signal.signal(signal.SIGINT, heard)
     is_module = sys.argv[0] == "-m"

@@ -1,7 +1,8 @@
 """Each command of the documents that can run here runs, in a clone, in the order of its page.
 
 A simulated headset is on the other side, in a network of its own, so that the documents' ports are
-free. Commands that run until Ctrl-C go on until their page ends or their port is needed again.
+free. Commands that run until Ctrl-C go on until their page ends or their port is needed again. The
+shell runs those of IN_SHELL; those of other pages are forks, which start at once.
 """
 
 from __future__ import annotations
@@ -9,18 +10,25 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import shutil
 import signal
 import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import adb_stand_in
 from document import ROOT, blocks, commands, files
+from forked import ForkedPython
+from processes import paired
 from ros_domain import reserve_domain
 from waiting import LIMIT_S, await_true
 
 HEADSET, HERE = "ml2-sensors-aar/simulator/ml2-headset", "--receiver 127.0.0.1:7755"
+RECEIVER = "host_receiver/ml2-receiver"
+IN_SHELL = "docs/security.md"
 # Patterns of commands that cannot run here, with the reason. Every other command runs.
 NOT_HERE = {
     r"(sudo|apt-get) ": "changes the machine",
@@ -44,7 +52,8 @@ NOT_HERE = {
 }
 # The pages name files and values of the reader; these stand for them here.
 REPLACED = {
-    "--duration 60": "--duration 10",
+    "--duration 60 --topic": "--duration 2 --topic",
+    " --duration 60": "",  # ends once there is enough
     "/data/walk": "data_walk",
     "--receiver desk": HERE,
     "Magic Leap 2": "Simulated headset, seed 1",
@@ -59,6 +68,7 @@ SAVED = {
 SERVES = re.compile(r"\S+ (run|record(?!.*(--duration|--attach)))\b")
 STAYS = re.compile(r"\S+ (pair|view|products|compat|record .*--attach)\b")
 IS_HEADSET = re.compile(rf"{HEADSET}\b(?!.*--pair)")
+IN_A_WALK, IN_ANY = 5_000_000, 10_000  # bytes
 PAIRS, RECORDS = re.compile(r"\S+ pair\b"), re.compile(r"\S+ record\b")
 WATCHES = re.compile(r"\S+ (topics|latency|echo)\b(?!.*--once)")
 NEEDS_RECEIVER = re.compile(
@@ -66,6 +76,7 @@ NEEDS_RECEIVER = re.compile(
     r"\S+ (topics|latency|echo|set|call|devices(?!.*--paired)|doctor|products|compat"
     r"|record.*--attach|export --kalibr \w+(?!.*--bag)|view(?! \w))\b"
 )
+NEEDS_NO_HEADSET = re.compile(r"\S+ messages\b")
 
 
 def runnable(page: Path) -> list[str]:
@@ -80,15 +91,22 @@ class Typed:
         self.line = line
         self.log = reader.folder / f"{len(reader.typed)}.log"
         with self.log.open("w") as output:
-            self.process = subprocess.Popen(
-                [*reader.in_network, "bash", "-c", f"exec {line}"],
-                cwd=reader.clone,
-                env=reader.environment,
-                stdin=subprocess.PIPE,
-                stdout=output,
-                stderr=output,
-                text=True,
-            )
+            options: dict[str, Any] = {
+                "cwd": reader.clone,
+                "env": reader.environment,
+                "stdin": subprocess.PIPE,
+                "stdout": output,
+                "stderr": output,
+                "text": True,
+            }
+            words = shlex.split(line, comments=True)
+            self.process: subprocess.Popen[str]
+            if words[0] == RECEIVER and not reader.has_shell:
+                python = [sys.executable, "-m", "ml2_receiver", *words[1:]]
+                self.process = ForkedPython(python, network=reader.network, **options)
+            else:
+                shell = ["ip", "netns", "exec", reader.network, "bash", "-c", f"exec {line}"]
+                self.process = subprocess.Popen(shell, **options)
         assert self.process.stdin is not None
         self.process.stdin.write(stdin)
         self.process.stdin.close()
@@ -117,9 +135,9 @@ class Typed:
 class Reader:
     """Types the commands of a page in a folder that looks like a clone."""
 
-    def __init__(self, folder: Path, network: str) -> None:
+    def __init__(self, folder: Path, network: str, has_shell: bool = False) -> None:
         self.folder, self.clone = folder, folder / "clone"
-        self.in_network = ("ip", "netns", "exec", network)
+        self.network, self.has_shell = network, has_shell
         self.clone.mkdir()
         for name in ROOT.iterdir():
             (self.clone / name.name).symlink_to(name)
@@ -139,6 +157,13 @@ class Reader:
         self.typed: list[Typed] = []
         self.brings_headset = False
 
+    def bring_headset(self, keys: Path) -> None:
+        """Starts one that is paired by the keys of paired()."""
+        for role, name in (("receiver", "ml2-sensors"), ("headset", "ml2-sensors-headset")):
+            shutil.copytree(keys / role, self.folder / "config" / name)
+        self.start(f"{HEADSET} {HERE}")
+        self.brings_headset = True
+
     def start(self, line: str, stdin: str = "") -> Typed:
         self.typed.append(Typed(line, self, stdin))
         return self.typed[-1]
@@ -147,6 +172,7 @@ class Reader:
         return [it for it in self.typed if rule.match(it.line) and it.process.poll() is None]
 
     def type(self, line: str) -> None:
+        is_walk = "--duration 60" in line
         for old, new in REPLACED.items():
             line = line.replace(old, new)
         words = shlex.split(line, comments=True)
@@ -161,7 +187,8 @@ class Reader:
                 started.await_said(" connected")
             if RECORDS.match(line) and "--attach" not in line:
                 folder = self.clone / words[2]
-                await_true(lambda: sum(it.stat().st_size for it in folder.glob("*.mcap")) > 10_000)
+                least = IN_A_WALK if is_walk else IN_ANY
+                await_true(lambda: sum(it.stat().st_size for it in folder.glob("*.mcap")) > least)
         elif WATCHES.match(line):
             watching = self.start(line)
             watching.await_said()
@@ -183,7 +210,7 @@ class Reader:
 
     def _pair(self, line: str) -> None:
         if not self.running(PAIRS):
-            self.start("host_receiver/ml2-receiver pair").await_said()
+            self.start(f"{RECEIVER} pair").await_said()
         (pairing,) = self.running(PAIRS)
         uri = pairing.said.splitlines()[0]
         self.start(line, f"{uri}\n").end(0)
@@ -206,14 +233,14 @@ class Reader:
     def _prepare(self, line: str, words: list[str]) -> None:
         """Starts what a page takes for granted."""
         if "walk" in words and "record" not in words and not (self.clone / "walk").exists():
-            self.type("host_receiver/ml2-receiver record walk --duration 60")
+            self.type(f"{RECEIVER} record walk --duration 60")
         if not NEEDS_RECEIVER.match(line):
             return
         name = name_of(line)
         serving = [it for it in self.running(SERVES) if name_of(it.line) == name]
         if not serving:
             named = f" --name {name} --listen 127.0.0.1:7757" if name else ""
-            serving.append(self.start(f"host_receiver/ml2-receiver run{named}"))
+            serving.append(self.start(f"{RECEIVER} run{named}"))
             serving[0].await_said()
         if self.brings_headset and not name:
             serving[-1].await_said(" connected")
@@ -232,20 +259,26 @@ def port(line: str) -> str:
 PAGES = [str(it.relative_to(ROOT)) for it in files("*.md") if runnable(it)]
 
 
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("keys")
+    paired(folder)
+    return folder
+
+
 @pytest.mark.parametrize("page", PAGES)
-def test_the_commands_of_a_page_run_in_their_order(page: str, network: str, tmp_path: Path) -> None:
-    reader = Reader(tmp_path, network)
+def test_the_commands_of_a_page_run_in_their_order(
+    page: str, network: str, keys: Path, tmp_path: Path
+) -> None:
+    reader = Reader(tmp_path, network, has_shell=page == IN_SHELL)
     lines = runnable(ROOT / page)
     if page in SAVED:
         text, *_ = blocks((ROOT / page).read_text(), r"yaml")
         (reader.clone / SAVED[page]).write_text(text)
     try:
-        if not any(HEADSET in it for it in lines):
-            pairing = reader.start("host_receiver/ml2-receiver pair --listen 127.0.0.1:0")
-            pairing.await_said()
-            reader.start(f"{HEADSET} --pair '{pairing.said.splitlines()[0]}'").end(0)
-            reader.start(f"{HEADSET} {HERE}")
-            reader.brings_headset = True
+        brings_its_own = any(HEADSET in it for it in lines)
+        if not brings_its_own and not all(map(NEEDS_NO_HEADSET.match, lines)):
+            reader.bring_headset(keys)
         for line in lines:
             reader.type(line)
         for it in reversed(reader.typed):
