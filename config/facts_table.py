@@ -1,7 +1,5 @@
 """The tables of docs/unconfirmed.md, from config/facts.yaml."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The table of sensors in README.md."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from ml2_receiver.errors import TableError

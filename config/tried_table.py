@@ -1,7 +1,5 @@
 """The table in SECURITY.md of what was tried: the names of tests, as sentences."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

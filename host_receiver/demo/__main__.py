@@ -1,7 +1,5 @@
 """`make demo`: a headset without a headset, the receiver and an independent observer, live."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

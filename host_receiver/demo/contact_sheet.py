@@ -1,7 +1,5 @@
 """One picture of all image streams, as they arrived."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -8,8 +8,6 @@ the air of Wi-Fi, if it is "shared". At the end it prints how many packets the q
 Needs root.
 """
 
-from __future__ import annotations
-
 import fcntl
 import os
 import select

@@ -1,7 +1,5 @@
 """The simulated headset's reports of captures that it left out while it drew images."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The demo's table: every stream as it arrives at the observer."""
 
-from __future__ import annotations
-
 import time
 from typing import Any, Self
 

@@ -1,7 +1,5 @@
 """The messages of one topic that the demo's witness has seen."""
 
-from __future__ import annotations
-
 import time
 from array import array
 from collections.abc import Callable

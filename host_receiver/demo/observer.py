@@ -6,8 +6,6 @@ receiver's service, and writes one JSON object a line to standard output: a snap
 and a last one with `"final": true`.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -9,8 +9,6 @@ head from above. These commands renew it:
     host_receiver/environment/run.sh python3 host_receiver/demo/picture.py build/walk docs/demo.gif
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Measures how busy the processors are that the demo may use."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The results of the demo, as build/demo/report.json and as a verdict."""
 
-from __future__ import annotations
-
 from typing import Any
 
 _DROPPED = "dropped."

@@ -1,7 +1,5 @@
 """A link of known rate on this machine, for programs in two network namespaces. Needs root."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

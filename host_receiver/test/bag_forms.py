@@ -1,7 +1,5 @@
 """One recording in the forms that other programs, splits and repairs leave it in."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace

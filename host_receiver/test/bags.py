@@ -1,7 +1,5 @@
 """Writes recordings by rosbags, which shares nothing with the product's own writer; counts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Messages of rclpy about cameras and where they are."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 Makes JPEGs with any number of scans, too, as no encoder does.
 """
 
-from __future__ import annotations
-
 import itertools
 import struct
 from collections.abc import Iterable, Iterator

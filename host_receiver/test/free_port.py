@@ -3,8 +3,6 @@
 The tests of all its checkouts and users share both.
 """
 
-from __future__ import annotations
-
 import random
 import socket
 from collections import deque

@@ -1,7 +1,5 @@
 """A drawn motion of a head, and what poses and an inertial unit on it show, from formulas alone."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Output has the size of ml2s_most_encoded_bytes and bytes after it that must stay as they were.
 """
 
-from __future__ import annotations
-
 import ctypes
 import functools
 from pathlib import Path

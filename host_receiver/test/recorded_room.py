@@ -1,7 +1,5 @@
 """A recording in many chunks, written by the library of MCAP: grey images that tell their time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """ROS domains that nobody else on this machine uses."""
 
-from __future__ import annotations
-
 import random
 import socket
 from collections import deque

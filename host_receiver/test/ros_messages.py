@@ -1,7 +1,5 @@
 """Payloads of ROS messages, encoded by rosbags, which shares nothing with the product."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

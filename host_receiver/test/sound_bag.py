@@ -1,7 +1,5 @@
 """A recording in which all is well, for tests to damage before rosbags writes it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

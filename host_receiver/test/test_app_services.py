@@ -1,7 +1,5 @@
 """Services of a scripted device for ROS: each request of ROS has one answer."""
 
-from __future__ import annotations
-
 import struct
 import time
 from collections.abc import Iterator

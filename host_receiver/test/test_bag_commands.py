@@ -1,7 +1,5 @@
 """Every command that reads recordings finds each message once, in whatever form it is."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections import Counter

@@ -1,7 +1,5 @@
 """Tests which files and messages belong to a recording, and what is said of all others."""
 
-from __future__ import annotations
-
 import os
 import random
 import struct

@@ -1,7 +1,5 @@
 """Overridden CameraInfo, read by rosbags, of payloads that rclpy wrote."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """`ml2-receiver evaluate` on a short recording whose true poses are known."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """`ml2-receiver products` in a ROS graph."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from typing import Any

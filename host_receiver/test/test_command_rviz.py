@@ -1,7 +1,5 @@
 """The RViz configuration of a receiver."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Every command ends cleanly: by a signal, whatever hangs, and when nobody reads its output."""
 
-from __future__ import annotations
-
 import os
 import signal
 import struct

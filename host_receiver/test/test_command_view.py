@@ -1,7 +1,5 @@
 """`ml2-receiver view` beside a receiver with a headset."""
 
-from __future__ import annotations
-
 import os
 import socket
 from collections.abc import Iterator

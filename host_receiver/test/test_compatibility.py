@@ -1,7 +1,5 @@
 """`ml2-receiver compat` publishes as the thesis's scripts did."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 

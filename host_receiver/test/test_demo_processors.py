@@ -1,7 +1,5 @@
 """The demo says when the processors are full, and only then."""
 
-from __future__ import annotations
-
 import io
 import os
 from pathlib import Path

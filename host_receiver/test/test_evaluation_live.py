@@ -1,7 +1,5 @@
 """Images of a running receiver, here of a node that publishes a rendered walk."""
 
-from __future__ import annotations
-
 import functools
 import json
 import threading

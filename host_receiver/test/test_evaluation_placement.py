@@ -1,7 +1,5 @@
 """Structure from motion does not keep an image at a place that other images contradict."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Recordings in the files of other programs, read back by OpenCV and the csv module."""
 
-from __future__ import annotations
-
 import csv
 import json
 import struct

@@ -1,7 +1,5 @@
 """`export --kalibr` of a running receiver, here of nodes that publish what one would."""
 
-from __future__ import annotations
-
 import json
 import threading
 from collections.abc import Iterator

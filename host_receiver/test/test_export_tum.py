@@ -1,7 +1,5 @@
 """RGB-D data in the TUM format, read back by OpenCV and by the rules of the format."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

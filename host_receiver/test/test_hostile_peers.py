@@ -1,7 +1,5 @@
 """Tools beside a receiver, when its headset and another node publish what nobody foresaw."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from itertools import cycle

@@ -1,7 +1,5 @@
 """Pixels of plain and compressed images, against OpenCV and an encoder of the paper on RVL."""
 
-from __future__ import annotations
-
 import struct
 from contextlib import suppress
 from dataclasses import dataclass

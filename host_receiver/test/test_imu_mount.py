@@ -1,7 +1,5 @@
 """Mounts of inertial units from drawn motions, against the drawn mounts."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Parts of a recording are read by its index, and are those that a full reading finds."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

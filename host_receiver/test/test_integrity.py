@@ -1,7 +1,5 @@
 """Every check of a recording, on one that is sound and on that one damaged in each way."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Kalibr YAML, by OpenCV and geometry."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

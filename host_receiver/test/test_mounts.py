@@ -1,7 +1,5 @@
 """Mounts of inertial units: found by the command, kept in a file, and published."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

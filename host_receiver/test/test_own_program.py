@@ -1,7 +1,5 @@
 """The program of the README, run as the README says."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Products of captures, fed by hand."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

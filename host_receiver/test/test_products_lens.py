@@ -1,7 +1,5 @@
 """Lenses against OpenCV's models, and the world cameras against the vendor's formula."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

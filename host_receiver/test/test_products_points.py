@@ -1,7 +1,5 @@
 """A plane in front of two cameras, by OpenCV and geometry."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

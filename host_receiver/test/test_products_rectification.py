@@ -1,7 +1,5 @@
 """Against OpenCV's own maps, and edges whose straight images are known."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import cv2

@@ -1,7 +1,5 @@
 """The two layouts of the transform tree."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from geometry_msgs.msg import TransformStamped

@@ -3,8 +3,6 @@
 rmw_fastrtps drops a service's answer if it does not know the client within 0.1 s.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from functools import partial

@@ -1,7 +1,5 @@
 """Recorded images that the headset compressed, as readers that are not ours see them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

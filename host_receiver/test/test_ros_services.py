@@ -1,7 +1,5 @@
 """Services and transforms of ROS for a scripted device, over a receiver in its own process."""
 
-from __future__ import annotations
-
 import random
 import struct
 import threading

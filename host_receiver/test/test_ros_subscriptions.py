@@ -1,7 +1,5 @@
 """From publishers of ROS to a scripted device, over a receiver in a process of its own."""
 
-from __future__ import annotations
-
 import array
 import functools
 import random

@@ -1,7 +1,5 @@
 """The file of a self-test: it can be read again, and it has nothing that nobody may read."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

@@ -1,7 +1,5 @@
 """A recording with several headsets: each command asks which, and reads that one."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from pathlib import Path

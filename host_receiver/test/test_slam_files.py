@@ -1,7 +1,5 @@
 """Trajectories as other programs write them, and what no program writes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

@@ -1,7 +1,5 @@
 """Files of the user that are none: pipes, devices, folders. No command waits for them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Executors that spin for months."""
 
-from __future__ import annotations
-
 import gc
 import threading
 from collections.abc import Callable, Iterator

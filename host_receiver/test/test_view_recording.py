@@ -1,7 +1,5 @@
 """`ml2-receiver view FOLDER`, as a browser sees it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any

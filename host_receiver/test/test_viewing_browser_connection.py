@@ -1,7 +1,5 @@
 """The order of the messages that a browser gets."""
 
-from __future__ import annotations
-
 import json
 import queue
 import threading

@@ -1,7 +1,5 @@
 """Idle connections to `ml2-receiver view`, and to the receiver's own listeners."""
 
-from __future__ import annotations
-
 import errno
 import http.client
 import socket

@@ -1,7 +1,5 @@
 """The page of `ml2-receiver view` goes on after malformed messages and reports."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator

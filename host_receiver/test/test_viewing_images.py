@@ -1,7 +1,5 @@
 """The newest image of a stream, as browsers get it."""
 
-from __future__ import annotations
-
 import json
 import time
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """The page of `ml2-receiver view`, and who may open it."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Images of a headset as JPEG previews for browsers, and in full size."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The requests of browsers to `ml2-receiver view`: legal ones, and hostile ones."""
 
-from __future__ import annotations
-
 import json
 import re
 from typing import Any

@@ -1,7 +1,5 @@
 """The 3D view of `ml2-receiver view`: what becomes of poses, lenses and depth."""
 
-from __future__ import annotations
-
 import json
 import math
 import time

@@ -1,7 +1,5 @@
 """The server of `ml2-receiver view` refuses strangers, and ends wrong connections."""
 
-from __future__ import annotations
-
 import http.client
 import socket
 import time

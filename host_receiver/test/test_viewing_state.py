@@ -1,7 +1,5 @@
 """The state and the curves that `ml2-receiver view` shows, of rows of diagnostics."""
 
-from __future__ import annotations
-
 import pytest
 
 from ml2_tools.viewing.fields import fields_of, plottable_topics, topic_fields

@@ -1,7 +1,5 @@
 """A router that is killed, stands still, or whose link is cut: other sinks lose nothing by it."""
 
-from __future__ import annotations
-
 import signal
 import time
 from collections.abc import Iterator

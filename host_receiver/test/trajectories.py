@@ -1,7 +1,5 @@
 """Trajectories made up for tests."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

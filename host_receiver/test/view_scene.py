@@ -1,7 +1,5 @@
 """The real server of `ml2-receiver view` with a source of which a test says what it brings."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any

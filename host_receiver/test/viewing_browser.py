@@ -1,7 +1,5 @@
 """A browser that shows `ml2-receiver view`, without a screen."""
 
-from __future__ import annotations
-
 import json
 import struct
 from contextlib import ExitStack, suppress

@@ -1,7 +1,5 @@
 """A camera with a fisheye lens that goes past a painted wall with a painted board before it."""
 
-from __future__ import annotations
-
 import functools
 import json
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Routers and other programs of Zenoh, for tests; as a program, a router on an endpoint."""
 
-from __future__ import annotations
-
 import json
 import sys
 from typing import Any

@@ -1,7 +1,5 @@
 """Topics of a receiver on Zenoh, for programs of others that read them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

@@ -1,7 +1,5 @@
 """The app of `make apk`: its files, and what Android's tools read in it."""
 
-from __future__ import annotations
-
 import re
 import struct
 import zipfile

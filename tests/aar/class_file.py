@@ -2,8 +2,6 @@
 specification, chapter 4) as that needs.
 """
 
-from __future__ import annotations
-
 import struct
 import zipfile
 from collections.abc import Iterator

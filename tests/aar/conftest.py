@@ -1,7 +1,5 @@
 """The two packages of `make aar`, unpacked."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

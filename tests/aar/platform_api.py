@@ -1,7 +1,5 @@
 """The members of the Android platform that classes use, and whether a version has them."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator, Mapping

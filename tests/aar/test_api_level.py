@@ -3,8 +3,6 @@
 R8 cannot tell: it is given the whole platform with its hidden API, and a newer java.*.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

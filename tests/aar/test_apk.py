@@ -1,7 +1,5 @@
 """Contents of the app: manifest, signature, code, native library, and the size of each."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The app made once more of the same inputs: elsewhere on earth and disk, and signed by another."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

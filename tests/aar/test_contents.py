@@ -1,7 +1,5 @@
 """Contents of the packages; the same sources always make the same packages."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

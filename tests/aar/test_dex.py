@@ -1,7 +1,5 @@
 """D8 and R8 take the packages with nothing to say about them; R8 the library in `make apk`."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 No Gradle is run.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

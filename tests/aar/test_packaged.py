@@ -1,7 +1,5 @@
 """The headset with the classes of the Android package instead of those that Maven built."""
 
-from __future__ import annotations
-
 import os
 import re
 import zipfile

@@ -1,7 +1,5 @@
 """An app that uses the package, on the simulated device: the very bytes that the package holds."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

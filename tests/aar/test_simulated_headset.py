@@ -1,7 +1,5 @@
 """The simulated headset as a test artefact: a program with only its jar on the class path."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

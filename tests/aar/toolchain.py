@@ -1,7 +1,5 @@
 """The packages under test, and what judges them: the tools of the packages' own Maven module."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

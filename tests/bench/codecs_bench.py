@@ -7,8 +7,6 @@ there, `slots_mapped_mb` is the most memory that the native library mapped for r
 images, and `slots_used_mb` the part of it that was written to.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -17,8 +17,6 @@ This process reads the same clock when it has read the line. Of large messages i
 that ROS gave them.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -12,8 +12,6 @@ latency_ratio_to_endpoint_SIZE, cpu_ratio_to_endpoint_SIZE: the receiver's part 
 ratio_to_endpoint_SIZE         the greater of the two: below 1, the receiver needs less of both
 """
 
-from __future__ import annotations
-
 import json
 import os
 import socket

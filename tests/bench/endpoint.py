@@ -5,8 +5,6 @@ destination __publish or __subscribe registers a topic; its payload is JSON and 
 topic's name is a destination afterwards.
 """
 
-from __future__ import annotations
-
 import json
 import socket
 import struct

@@ -1,7 +1,5 @@
 """The memory that libml2sensors.so maps for frames in a headset's process."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 from pathlib import Path

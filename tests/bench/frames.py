@@ -1,7 +1,5 @@
 """The frames that the receiver's benchmarks send, and their topics in ROS."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Mapping
 

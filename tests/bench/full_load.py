@@ -12,8 +12,6 @@ CPU is in percent of one processor. The headsets loop their frames. latency_ms i
 first seconds ("start") and all later ones ("steady").
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

@@ -4,8 +4,6 @@ The simulated camera runs at 30 Hz, so up to 33 ms of each time are the wait for
 next capture. Writes build/bench/lazy_resume.json.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import statistics

@@ -12,8 +12,6 @@ heap_mb     the size to which the virtual machine grew Java's heap
 rss_mb      the whole process, with the virtual machine and the cached frames of the simulation
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -4,8 +4,6 @@
 Run it on the machine that measured: the page names it. A benchmark without results is left out.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import platform

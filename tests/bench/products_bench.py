@@ -6,8 +6,6 @@ wall, and soft shapes. Nothing is received or published. Results are medians; ma
 once per calibration do not count.
 """
 
-from __future__ import annotations
-
 import functools
 import json
 import statistics

@@ -6,8 +6,6 @@ with the same Fast DDS profile, in their own processes, to one subscriber that t
 that of the whole receiving process by getrusage. Results are medians of the repetitions.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import socket

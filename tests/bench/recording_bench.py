@@ -4,8 +4,6 @@ The payloads go through the Recorder as from the receiver's lanes. The time ends
 closed; neither side syncs the disk. Results are medians of the repetitions.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

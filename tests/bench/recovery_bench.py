@@ -15,8 +15,6 @@ the receiver prints that it listens, so its start-up is not included. The headse
 signals.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -6,8 +6,6 @@ many, and prints its CPU time in s, its wall time in s and the number of frames.
 same Fast DDS profile.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import resource

@@ -1,7 +1,5 @@
 """Prints benchmark results: one table of load runs, and one of all other benchmarks."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Iterator

@@ -5,8 +5,6 @@ resident memory over the last three quarters of the time, in MB per hour, and me
 open files at a quarter of the time and at the end.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from typing import Any

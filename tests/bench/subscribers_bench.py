@@ -8,8 +8,6 @@ and an IMU:
 Each subscriber is a separate process that takes bytes.
 """
 
-from __future__ import annotations
-
 import json
 import statistics
 import sys

@@ -4,8 +4,6 @@ The sink discards all messages, so only receiving, decrypting and parsing are me
 of the whole receiving process by getrusage. Results are medians of the repetitions.
 """
 
-from __future__ import annotations
-
 import json
 import statistics
 import sys

@@ -10,8 +10,6 @@ poses_per_s                    that the app has printed
 are in a message. The publisher is a process of its own.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

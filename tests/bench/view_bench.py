@@ -16,8 +16,6 @@ images_per_s    images of all cameras that the client got
 receiver_drops  messages of all topics that the receiver lost meanwhile
 """
 
-from __future__ import annotations
-
 import json
 import os
 import statistics

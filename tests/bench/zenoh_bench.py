@@ -10,8 +10,6 @@ and two by Zenoh's binding alone: what both have is of Zenoh, or of a machine th
 link is a token bucket of 20 Mbit/s, which images fill; it needs root.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

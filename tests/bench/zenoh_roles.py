@@ -8,8 +8,6 @@ how many it lacks. `load` publishes images and inertial samples through the rece
 inertial samples per second in sum.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import struct

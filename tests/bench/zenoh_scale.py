@@ -7,8 +7,6 @@ all topics of a headset: what they add to the router's memory, how long a progra
 their topics, and what is left after they were killed.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

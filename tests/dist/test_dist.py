@@ -1,7 +1,5 @@
 """The folder of `make dist`."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

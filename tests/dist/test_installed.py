@@ -1,7 +1,5 @@
 """The wheel of `make dist`, installed into an environment that has only what it requires."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

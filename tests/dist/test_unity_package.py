@@ -1,7 +1,5 @@
 """The Unity package as the Unity Package Manager sees it."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

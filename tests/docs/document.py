@@ -1,7 +1,5 @@
 """Reads the documents of this repository."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Commands in the documents are commands that there are."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Iterator

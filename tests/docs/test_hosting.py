@@ -1,7 +1,5 @@
 """Files for a public host of the repository, by the schemas of what reads them there."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Every link of every document leads somewhere; places and lines of code that it shows exist."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The table of docs/waits.md has every wait and every lock of the code, and no other."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

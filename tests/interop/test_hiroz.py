@@ -4,8 +4,6 @@ It keeps to the conventions of rmw_zenoh and has its own hashes of types. `make 
 program hiroz_reader.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 from collections.abc import Iterator

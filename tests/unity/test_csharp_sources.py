@@ -1,7 +1,5 @@
 """Sources in C#: the names of Java that they call, and the examples in the documents."""
 
-from __future__ import annotations
-
 import re
 
 from document import ROOT, blocks, without_spacing

@@ -1,7 +1,5 @@
 """Measures how far matched points are from the epipolar lines of the true poses."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import pairwise
 

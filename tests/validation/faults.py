@@ -1,7 +1,5 @@
 """Injects faults of a broken pipeline into a recording."""
 
-from __future__ import annotations
-
 import json
 import random
 from collections.abc import Callable, Iterator

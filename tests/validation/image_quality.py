@@ -4,8 +4,6 @@ Records a walk of the simulated headset, raw and with noise. The library that sh
 pixels, OpenCV decodes them. Writes build/bench/image_quality.json, anew after each quality.
 """
 
-from __future__ import annotations
-
 import json
 import statistics
 from collections.abc import Iterator

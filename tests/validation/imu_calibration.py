@@ -4,8 +4,6 @@ Writes build/validate/imu_calibration.json: for each seed the errors, and whethe
 of the standard deviations that were stated with it. SEED= chooses the first seed.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

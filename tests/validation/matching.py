@@ -1,7 +1,5 @@
 """Matches points of two images, in the ways of COLMAP, ORB-SLAM and OpenVINS."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Reads noisy measurements of the simulated headset straight from the simulation, at any time."""
 
-from __future__ import annotations
-
 import ctypes
 import json
 from collections.abc import Sequence

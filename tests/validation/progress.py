@@ -1,7 +1,5 @@
 """Reports the progress of a long run."""
 
-from __future__ import annotations
-
 import sys
 import time
 

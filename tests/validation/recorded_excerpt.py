@@ -4,8 +4,6 @@ The drone does not move, and a camera at rest shows no depth. So the estimator g
 both cameras as those of one camera that jumps between the two positions.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import replace

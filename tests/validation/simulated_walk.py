@@ -1,7 +1,5 @@
 """Runs a walk with the simulated headset, and records it from a ROS 2 subscriber."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Writes the validation's figures and the thesis's as Markdown tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Matches of images of a known scene are at the epipolar lines of the true poses, and no others."""
 
-from __future__ import annotations
-
 from itertools import islice
 
 import cv2

@@ -1,7 +1,5 @@
 """Each fault changes what its name says, and nothing else."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The noise of the simulated headset, as independent programs measure it."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A short walk through headset, receiver and ROS 2, evaluated from its images."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

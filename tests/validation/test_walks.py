@@ -1,7 +1,5 @@
 """The walks are as long as the thesis's trajectories, and move like a head."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -4,8 +4,6 @@ SEED= draws two of them. Writes build/validate/report.json and report.md, and ea
 report beside them.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

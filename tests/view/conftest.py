@@ -1,7 +1,5 @@
 """A page of `ml2-receiver view` in Chromium."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 

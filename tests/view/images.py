@@ -1,7 +1,5 @@
 """Looks at the images that a page draws."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal
 

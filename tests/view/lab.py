@@ -1,7 +1,5 @@
 """A simulated headset, a receiver and `ml2-receiver view` as processes."""
 
-from __future__ import annotations
-
 import contextlib
 import subprocess
 from collections.abc import Iterator

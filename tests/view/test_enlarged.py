@@ -1,7 +1,5 @@
 """An image in full size, with the value of a pixel."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """The page in a real browser: what it shows, and how it answers mouse and keys."""
 
-from __future__ import annotations
-
 import json
 import re
 import zipfile

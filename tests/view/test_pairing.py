@@ -1,7 +1,5 @@
 """A headset is paired with the QR code that the page shows."""
 
-from __future__ import annotations
-
 import re
 
 import cv2

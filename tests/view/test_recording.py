@@ -1,7 +1,5 @@
 """A recording on the page: the panels, and the time line."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

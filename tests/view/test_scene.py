@@ -1,7 +1,5 @@
 """The 3D view of the page."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Changes on the page reach the simulated headset, and the page shows them."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 

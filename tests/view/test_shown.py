@@ -1,7 +1,5 @@
 """The page shows messages that a test has chosen."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Runs `ml2-receiver view` beside the receiver, for `run --view`."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence

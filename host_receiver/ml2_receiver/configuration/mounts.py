@@ -1,7 +1,5 @@
 """The mounts of headsets' inertial units, as `ml2-receiver calibrate` estimated them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from math import hypot, isfinite

@@ -1,7 +1,5 @@
 """A pairing that waits for a device, with the URIs that lead the device to it."""
 
-from __future__ import annotations
-
 import socket
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Replaces the device's calibration with the user's."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator, Mapping
 

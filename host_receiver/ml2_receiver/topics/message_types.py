@@ -1,7 +1,5 @@
 """Classes of messages and services by the ROS names of their types."""
 
-from __future__ import annotations
-
 import importlib
 from importlib.util import find_spec
 from pathlib import Path

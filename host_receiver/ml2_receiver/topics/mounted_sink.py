@@ -1,7 +1,5 @@
 """Publishes how the headset's inertial units are mounted, which the headset does not know."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

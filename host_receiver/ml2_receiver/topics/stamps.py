@@ -1,7 +1,5 @@
 """The capture stamps of messages, raw or decoded."""
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Finds the files of a recording."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Reads recordings, also truncated ones of a receiver that was killed."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

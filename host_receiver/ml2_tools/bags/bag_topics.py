@@ -1,7 +1,5 @@
 """Chooses the topics of a recording that are read, and counts the messages that are not."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Opens files whose records say how long they are."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 

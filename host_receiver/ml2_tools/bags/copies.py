@@ -1,7 +1,5 @@
 """Finds messages that several files of a recording have."""
 
-from __future__ import annotations
-
 from collections import deque
 from itertools import takewhile
 from typing import NamedTuple, Protocol

@@ -1,7 +1,5 @@
 """Decodes messages of recordings without ROS."""
 
-from __future__ import annotations
-
 import functools
 import struct
 from collections.abc import Callable

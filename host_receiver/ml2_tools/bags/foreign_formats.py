@@ -1,7 +1,5 @@
 """Recognises files that are not MCAP, by their beginning or their name."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from mcap.writer import MCAP0_MAGIC

@@ -1,7 +1,5 @@
 """The headsets in a recording, and what belongs to which."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reads parts of a recording by the index of its files."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ The readers of the mcap library leave out what lies outside of chunks if there a
 parts of an index for the whole, and unpack without a bound. So only its parsers are used here.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

@@ -9,8 +9,6 @@ The unknowns are fitted together by least squares with a Cauchy loss. Residuals 
 times are correlated, so the covariance is inflated by the peak of their spectrum (Bartlett 1950).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The motion of a headset: poses of the head, and the data of an inertial unit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

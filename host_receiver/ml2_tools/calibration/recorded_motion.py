@@ -1,7 +1,5 @@
 """Reads the motion of head and inertial units from a recording."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial

@@ -1,7 +1,5 @@
 """ml2-receiver record --attach: has a receiver that runs record."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping
 

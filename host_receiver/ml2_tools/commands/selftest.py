@@ -1,7 +1,5 @@
 """ml2-receiver headset selftest: judges what is assumed about the headset."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import socket

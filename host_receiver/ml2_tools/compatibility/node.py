@@ -1,7 +1,5 @@
 """The ROS node that publishes the thesis's topics."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Converts messages to those of the thesis's scripts; see docs/from_the_thesis.md."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Finds lost messages, and the topic with the worst latency, in the rows of /diagnostics."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

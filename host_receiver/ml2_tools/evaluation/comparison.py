@@ -3,8 +3,6 @@
 evo is under the GPL: it runs in separate processes and is never imported.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import os

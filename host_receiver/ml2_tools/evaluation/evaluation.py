@@ -1,7 +1,5 @@
 """Compares a camera's trajectory, estimated from a recording's images, with the recorded poses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Records one camera and the transforms of a running receiver for a later evaluation."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Places images in a map that was made from other images, the key images."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Plots two trajectories; the estimate is aligned with the reference."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Writes the report of an evaluation."""
 
-from __future__ import annotations
-
 import base64
 import html
 from collections.abc import Callable, Iterator, Mapping

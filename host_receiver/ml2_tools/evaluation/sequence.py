@@ -1,7 +1,5 @@
 """Images and poses of one camera in a recording."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace

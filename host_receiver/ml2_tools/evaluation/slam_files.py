@@ -1,7 +1,5 @@
 """Reads trajectories that SLAM programs wrote for exported or played recordings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

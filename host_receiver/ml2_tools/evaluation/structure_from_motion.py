@@ -1,7 +1,5 @@
 """The reference estimator: COLMAP's structure from motion over all images at once."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path

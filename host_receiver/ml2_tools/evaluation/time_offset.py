@@ -1,7 +1,5 @@
 """Estimates a constant time offset between the stamps of images and of a reference trajectory."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import cv2

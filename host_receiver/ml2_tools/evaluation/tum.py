@@ -1,7 +1,5 @@
 """Reads and writes TUM files: seconds, then x y z in metres, then the quaternion x y z w."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Writes YAML for OpenCV's cv::FileStorage, which ORB-SLAM3, OpenVINS and EuRoC readers use."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

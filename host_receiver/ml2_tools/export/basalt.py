@@ -3,8 +3,6 @@
 Format: data/t265_kb4_calib.json in https://github.com/VladyslavUsenko/basalt
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 Format: https://projects.asl.ethz.ch/datasets/doku.php?id=kmavvisualinertialdatasets
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

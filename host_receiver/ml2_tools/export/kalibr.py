@@ -3,8 +3,6 @@
 Formats: https://github.com/ethz-asl/kalibr/wiki/yaml-formats
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Reads the cameras, transforms and an IMU that a running receiver publishes."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections import OrderedDict

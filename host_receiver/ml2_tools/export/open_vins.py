@@ -3,8 +3,6 @@
 Format: https://docs.openvins.com, config/ in https://github.com/rpng/open_vins
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

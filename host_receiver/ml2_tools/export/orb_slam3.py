@@ -3,8 +3,6 @@
 Format: version 1.0 of its settings, Examples/ in https://github.com/UZ-SLAMLab/ORB_SLAM3
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

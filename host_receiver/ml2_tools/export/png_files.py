@@ -1,7 +1,5 @@
 """Writes images as PNG files, several at a time."""
 
-from __future__ import annotations
-
 import os
 from collections import deque
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Reads cameras, their poses and an IMU's rate from a recording."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any

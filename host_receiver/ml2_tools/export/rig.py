@@ -1,7 +1,5 @@
 """The cameras and the IMU of a headset, from a recording or from live topics."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -3,8 +3,6 @@
 Format: config/ in https://github.com/HKUST-Aerial-Robotics/VINS-Fusion
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import sqrt
 from typing import Any

@@ -1,7 +1,5 @@
 """A camera's model from its CameraInfo and its metadata."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from typing import Any

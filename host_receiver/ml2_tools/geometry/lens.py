@@ -1,7 +1,5 @@
 """Lens models as functions of arrays, with values that are computed once per lens."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass

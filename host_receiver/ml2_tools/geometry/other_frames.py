@@ -1,7 +1,5 @@
 """The frames that other programs attach to the headset's: tags, robots, maps."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping

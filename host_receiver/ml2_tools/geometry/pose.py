@@ -1,7 +1,5 @@
 """Converts ROS transforms to matrices."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """Finds the image topic of a camera, which is compressed or not, and the camera of a topic."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from ml2_receiver.table.reader import load_table

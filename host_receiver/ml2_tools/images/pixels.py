@@ -1,7 +1,5 @@
 """Reads the pixels of image messages, whatever library decoded the messages."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import cv2

@@ -1,7 +1,5 @@
 """Removes the lens distortion from images."""
 
-from __future__ import annotations
-
 import functools
 
 import cv2

@@ -6,8 +6,6 @@ three bits first; the top bit of a nibble is set if another one follows. Nibbles
 words of 32 bits from the top; zeros fill the last word.
 """
 
-from __future__ import annotations
-
 from collections.abc import Buffer
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reads the size of compressed images, and what they would cost, without decoding them."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Buffer
 

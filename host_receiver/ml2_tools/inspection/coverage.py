@@ -1,7 +1,5 @@
 """Checks that the transform tree has a camera's pose at each image's stamp."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

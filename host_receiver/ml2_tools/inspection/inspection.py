@@ -1,7 +1,5 @@
 """Runs all checks on a recording."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Checks that each image has the camera_info and the metadata of its capture."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

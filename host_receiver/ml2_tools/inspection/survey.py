@@ -1,7 +1,5 @@
 """Reads the data for the checks from a recording in one pass, without keeping images."""
 
-from __future__ import annotations
-
 from array import array
 from collections import Counter
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Shows checks as a table with a row per topic, and the problems as sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from rich.box import SIMPLE_HEAD

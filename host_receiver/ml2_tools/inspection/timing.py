@@ -1,7 +1,5 @@
 """Checks rate, gaps, jitter, order of stamps and latency of one topic."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

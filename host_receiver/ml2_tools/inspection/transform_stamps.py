@@ -1,7 +1,5 @@
 """Checks that no transform is published twice with the same stamp."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reads and sets parameters of a running receiver, and calls its services."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any

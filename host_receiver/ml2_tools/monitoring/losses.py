@@ -1,7 +1,5 @@
 """Counts losses by reason."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 from ml2_receiver.printable import printable

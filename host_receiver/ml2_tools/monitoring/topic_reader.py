@@ -1,7 +1,5 @@
 """Reads the messages of one topic and formats them as text."""
 
-from __future__ import annotations
-
 import array
 import threading
 import time

@@ -1,7 +1,5 @@
 """Publishes the time of a played recording for ROS nodes with `use_sim_time`."""
 
-from __future__ import annotations
-
 import threading
 from typing import Self
 

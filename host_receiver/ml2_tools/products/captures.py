@@ -1,7 +1,5 @@
 """Collects the messages of one capture, which share a stamp."""
 
-from __future__ import annotations
-
 from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any

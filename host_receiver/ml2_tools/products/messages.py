@@ -1,7 +1,5 @@
 """Converts arrays to ROS messages, without a copy if ROS allows it."""
 
-from __future__ import annotations
-
 from array import array
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The ROS node that publishes the products."""
 
-from __future__ import annotations
-
 import json
 import threading
 import time

@@ -1,7 +1,5 @@
 """Converts depth images to points, with or without the colours of another camera."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """The products, each with its inputs and its computation."""
 
-from __future__ import annotations
-
 import copy
 from abc import ABC, abstractmethod
 from collections import deque

@@ -1,7 +1,5 @@
 """Registers depth to the image of another camera."""
 
-from __future__ import annotations
-
 import functools
 import math
 

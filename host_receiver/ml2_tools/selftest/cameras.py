@@ -1,7 +1,5 @@
 """Measures what is assumed about cameras."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

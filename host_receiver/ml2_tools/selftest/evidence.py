@@ -1,7 +1,5 @@
 """Reads from recordings what judgements need. Images of eyes are never decoded."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import defaultdict

@@ -1,7 +1,5 @@
 """Judges facts of config/facts.yaml. Each judgement is a pure function of recorded data."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

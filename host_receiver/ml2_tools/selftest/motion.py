@@ -1,7 +1,5 @@
 """Measures what is assumed about clocks, inertial units, poses and trackers."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The numbers of messages that are no images, in the order of their fields."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Pairs a simulated headset with a receiver of this machine, both with keys of their own."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

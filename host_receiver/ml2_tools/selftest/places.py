@@ -1,7 +1,5 @@
 """Measures what is assumed about poses of cameras, markers and maps."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp

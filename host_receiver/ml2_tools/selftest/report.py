@@ -3,8 +3,6 @@
 It has no images, no keys, addresses or serial numbers, and nothing that names the headset.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import zipfile

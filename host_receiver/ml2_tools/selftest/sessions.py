@@ -1,7 +1,5 @@
 """The sessions whose recordings show all that judge() judges, and how each is recorded."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """A simulated headset for the self-test, which is paired and runs as a process of its own."""
 
-from __future__ import annotations
-
 import socket
 import subprocess
 import sys

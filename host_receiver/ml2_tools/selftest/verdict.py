@@ -1,7 +1,5 @@
 """The verdict on one fact of config/facts.yaml, with its margin."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal

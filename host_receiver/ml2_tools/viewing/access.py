@@ -1,7 +1,5 @@
 """Admits only browsers of this machine that have the token to the page and its data."""
 
-from __future__ import annotations
-
 import hmac
 import json
 import re

@@ -1,7 +1,5 @@
 """A listening socket that goes on accepting, whatever its peers do."""
 
-from __future__ import annotations
-
 import socket
 import struct
 import threading

@@ -1,7 +1,5 @@
 """Serves one browser, with at most two messages of each kind on their way to it."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections import Counter, deque

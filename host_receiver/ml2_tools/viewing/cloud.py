@@ -1,7 +1,5 @@
 """Makes the points of the newest depth image, for the 3D view and for snapshots."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

@@ -1,7 +1,5 @@
 """The numeric fields of message types, any of which a browser may plot."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """The newest image of a stream in full size, and its pixels."""
 
-from __future__ import annotations
-
 import math
 import threading
 from typing import Any

@@ -1,7 +1,5 @@
 """The ROS node of `ml2-receiver view`, which takes the messages of a running receiver."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Mapping

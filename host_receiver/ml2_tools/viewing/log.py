@@ -1,7 +1,5 @@
 """Keeps the newest events of the receiver's topic `log`."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 

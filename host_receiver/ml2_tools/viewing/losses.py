@@ -1,7 +1,5 @@
 """Counts the messages that topics have lost in the last seconds, and what apps use of ROS."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Keeps the newest image of a stream, and encodes it at most once."""
 
-from __future__ import annotations
-
 import struct
 import threading
 import time

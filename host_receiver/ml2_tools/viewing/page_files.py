@@ -1,7 +1,5 @@
 """The files of the page, and the headers with which they are served."""
 
-from __future__ import annotations
-
 from importlib import resources
 
 _TYPES = {

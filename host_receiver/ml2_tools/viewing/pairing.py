@@ -1,7 +1,5 @@
 """Pairs a headset while the page shows a QR code."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from typing import Any

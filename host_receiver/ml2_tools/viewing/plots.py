@@ -1,7 +1,5 @@
 """The plots of the page: where their values come from, and the values of the last 30 s."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections import deque

@@ -1,7 +1,5 @@
 """Makes JPEGs of image messages."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import cv2

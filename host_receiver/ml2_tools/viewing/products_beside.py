@@ -1,7 +1,5 @@
 """Runs `ml2-receiver products` beside the page, while a browser wants it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

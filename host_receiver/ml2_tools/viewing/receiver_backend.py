@@ -1,7 +1,5 @@
 """Changes a running receiver for browsers, through its parameters and services."""
 
-from __future__ import annotations
-
 import queue
 import threading
 from collections.abc import Callable, Iterable, Mapping

@@ -1,7 +1,5 @@
 """Plays a recording for the page, without ROS."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping

@@ -1,7 +1,5 @@
 """The messages of a browser, whose bytes may all be hostile, and what carries them out."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field

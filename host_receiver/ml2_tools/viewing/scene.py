@@ -1,7 +1,5 @@
 """The poses that the 3D view shows, all in the world frame."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

@@ -1,7 +1,5 @@
 """The part of the configuration that a browser may change, with its legal values."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The web server of `ml2-receiver view`: the page's files and one WebSocket."""
 
-from __future__ import annotations
-
 import http
 import socket
 import struct

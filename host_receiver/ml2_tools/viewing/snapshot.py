@@ -1,7 +1,5 @@
 """Packs the present images, points, cameras and poses into a zip file."""
 
-from __future__ import annotations
-
 import io
 import math
 import time

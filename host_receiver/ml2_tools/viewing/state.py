@@ -1,7 +1,5 @@
 """Turns /diagnostics and the topic `config` into the state that the page shows."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """The subscriptions that fill the view."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
