@@ -26,6 +26,7 @@ from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
 from mock_device import MockDevice
 from ros_messages import compressed_image, header, mono_image, payload, transform
+from scene import PATIENT
 
 PREFIX = "/magic_leap2"
 COUNT = 30
@@ -149,7 +150,7 @@ def record(folder: Path, count: int, compression: str = "none", request: Request
         Everybody(),
         FanOut([sink, recorder]),
         request,
-        ReceiverSettings("test", "test"),
+        ReceiverSettings("test", "test", limits=PATIENT),
     )
     server.start()
     try:

@@ -16,7 +16,7 @@ from ml2_receiver.session.settings import Limits
 from mock_device import MockDevice
 from repeated import begin
 from ros_processes import Client, Receiver, environment
-from secure_receiver import PATIENT, OpenLab, SecureReceiver
+from secure_receiver import LIMITS, OpenLab, SecureReceiver
 from zenoh_peers import free_endpoint, open_router
 
 # A busy machine draws data slowly, which proves nothing about the code under test.
@@ -136,7 +136,7 @@ def open_lab(tmp_path: Path) -> Iterator[OpenLab]:
 
 @pytest.fixture
 def secure(open_lab: OpenLab) -> SecureReceiver:
-    return open_lab(PATIENT)
+    return open_lab(LIMITS)
 
 
 @pytest.fixture

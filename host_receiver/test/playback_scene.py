@@ -13,6 +13,7 @@ from ml2_receiver.session.sink import Sink
 from ml2_receiver.session.streams import Request
 from ml2_receiver.transport.access import Access, Everybody
 from ml2_receiver.transport.listener import listen
+from scene import PATIENT
 
 CUSTOM = ("/p/custom/name", "/p/custom/thing")
 
@@ -27,7 +28,7 @@ def write_custom(folder: Path) -> Path:
 def receiving(
     sink: Sink, request: Request = REQUEST, access: Access | None = None
 ) -> Iterator[Server]:
-    settings = ReceiverSettings("test", "test")
+    settings = ReceiverSettings("test", "test", limits=PATIENT)
     server = Server(listen(("127.0.0.1", 0)), access or Everybody(), sink, request, settings)
     server.start()
     try:

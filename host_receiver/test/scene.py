@@ -14,7 +14,7 @@ from ml2_receiver.session.event_limit import event_limits
 from ml2_receiver.session.graph import Graph
 from ml2_receiver.session.host import Host
 from ml2_receiver.session.report import Report
-from ml2_receiver.session.settings import ReceiverSettings
+from ml2_receiver.session.settings import Limits, ReceiverSettings
 from ml2_receiver.session.sink import Applied
 from ml2_receiver.session.streams import DesiredStreams, Request
 from ml2_receiver.table.reader import load_table
@@ -37,6 +37,8 @@ from ml2_receiver.wire.messages import (
     Welcome,
 )
 
+# So long, not 3 s, a machine may stand still in a test of sockets.
+PATIENT = Limits(handshake_s=20.0, dead_s=20.0)
 REQUEST: Request = {
     "world_left": {
         "stream": 0,

@@ -14,14 +14,14 @@ from ml2_receiver.session.server import Server
 from ml2_receiver.session.settings import Limits, ReceiverSettings
 from ml2_receiver.transport.access import Access, Everybody, PairedOnly
 from ml2_receiver.transport.listener import listen
-from scene import REQUEST
+from scene import PATIENT, REQUEST
 from tls_device import Certificate, StreamingDevice
 from waiting import LIMIT_S
 
 BATTERY = "battery"
 UNPAIRED_ADDRESS = "127.0.0.2"
-PATIENT = Limits(handshake_s=20.0, linger_s=0.3, failed_attempts=10_000)
-QUICK = replace(PATIENT, handshake_s=1.0)
+LIMITS = replace(PATIENT, linger_s=0.3, failed_attempts=10_000)
+QUICK = replace(LIMITS, handshake_s=1.0)
 # Tokens, tickets and sessions.
 _ALL = AppRules(subscribe=NameRules(("/**",)))
 _SECRET = re.compile(r"\b[0-9a-f]{32}\b")

@@ -11,6 +11,7 @@ from ml2_receiver.session.streams import Request
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
 from mock_device import MockDevice
+from scene import PATIENT
 
 LEFT, RIGHT = "world_left", "world_right"
 
@@ -108,7 +109,7 @@ def test_the_receiver_lets_a_camera_rest_without_another_event() -> None:
         Everybody(),
         FakeSink(),
         request,
-        ReceiverSettings("receiver", "test"),
+        ReceiverSettings("receiver", "test", limits=PATIENT),
         is_lazy=True,
     )
     server.demand("ros", {LEFT: False})

@@ -23,7 +23,7 @@ from ml2_receiver.transport.transport import Transport
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, encode_frame
 from ml2_receiver.wire.kinds import Kind
 from mock_device import PAYLOAD, MockDevice, Wire
-from scene import REQUEST
+from scene import PATIENT, REQUEST
 from waiting import LIMIT_S
 
 IMAGE = "world_left/image_raw"
@@ -31,7 +31,7 @@ INFO = "world_left/camera_info"
 CS6 = 0xC0  # RFC 2474
 
 
-def serve(sink: FakeSink, limits: Limits, *, is_paused: bool = False) -> Server:
+def serve(sink: FakeSink, limits: Limits = PATIENT, *, is_paused: bool = False) -> Server:
     server = Server(
         listen(("127.0.0.1", 0)),
         Everybody(),
@@ -51,7 +51,7 @@ def sink() -> FakeSink:
 
 @pytest.fixture
 def server(sink: FakeSink) -> Iterator[Server]:
-    server = serve(sink, Limits())
+    server = serve(sink)
     yield server
     server.stop()
 
@@ -125,7 +125,7 @@ class Curious(FakeSink):
 
 def test_a_sink_may_ask_for_the_report_and_a_message_has_the_time_of_its_publication() -> None:
     sink = Curious()
-    sink.server = serve(sink, Limits())
+    sink.server = serve(sink)
     with MockDevice(sink.server.address) as device:
         device.start()
         before_ns = time.time_ns()
@@ -169,7 +169,7 @@ def test_what_nobody_expects_ends_neither_accepting_nor_the_timer(
     kind: type[FakeSink], capfd: pytest.CaptureFixture[str]
 ) -> None:
     sink, access = kind(), Failing()
-    settings = ReceiverSettings("host", "test", limits=Limits())
+    settings = ReceiverSettings("host", "test", limits=PATIENT)
     server = Server(listen(("127.0.0.1", 0)), access, sink, REQUEST, settings)
     server.start()
     host, _, port = server.address.rpartition(":")
@@ -256,7 +256,7 @@ def test_what_the_link_carries_is_measured_beside_the_streams(
 
 
 def test_a_peer_that_goes_on_writing_after_its_error_is_not_reset(sink: FakeSink) -> None:
-    server = serve(sink, replace(Limits(), linger_s=LIMIT_S))
+    server = serve(sink, replace(PATIENT, linger_s=LIMIT_S))
     with MockDevice(server.address) as device:
         device.start()
         lane = device.wires["world_left"]
@@ -277,7 +277,7 @@ def test_tls_without_tls_here_is_named(server: Server, sink: FakeSink) -> None:
 
 
 def test_a_paused_server_starts_when_told(sink: FakeSink) -> None:
-    server = serve(sink, Limits(), is_paused=True)
+    server = serve(sink, is_paused=True)
     with MockDevice(server.address) as device:
         device.configure()
         sink.await_event("streams: ")
@@ -300,7 +300,7 @@ def test_seventeen_silent_peers_do_not_keep_a_headset_out(server: Server) -> Non
 
 def test_a_stopped_server_says_goodbye_and_leaves_no_threads(sink: FakeSink) -> None:
     before = set(threading.enumerate())
-    server = serve(sink, replace(Limits(), linger_s=60))
+    server = serve(sink, replace(PATIENT, linger_s=60))
     with MockDevice(server.address) as device:
         device.start()
         pending = Wire(server.address, "control")

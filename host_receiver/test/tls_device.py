@@ -15,6 +15,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 
 from ml2_receiver.wire.kinds import Kind
 from mock_device import MockDevice
+from repeated import begin
 
 _PERIOD_S = 0.02
 
@@ -94,7 +95,7 @@ class StreamingDevice:
         self._sender = threading.Thread(target=self._send, daemon=True)
 
     def __enter__(self) -> Self:
-        self.device.start()
+        begin(self.device)
         self._sender.start()
         return self
 

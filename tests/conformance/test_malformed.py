@@ -25,7 +25,8 @@ from scripted_device import Address, Peer, ScriptedDevice, StreamingDevice
 from waiting import LIMIT_S
 
 CASES = named("malformed", "Receiver*")
-LIMITS = Limits(handshake_s=3.0, linger_s=0.5)
+PATIENT = Limits(handshake_s=20.0, dead_s=20.0, linger_s=0.5)
+IMPATIENT = Limits(handshake_s=3.0, dead_s=3.0, linger_s=0.5)
 RULES = AppRules(
     subscribe=NameRules(("/robot/**", "/tf")),
     call=NameRules(("/robot/*",)),
@@ -64,7 +65,15 @@ class CountingSink:
         pass
 
     def event(self, text: str) -> None:
-        self.events.append(text)
+        with self._arrival:
+            self.events.append(text)
+            self._arrival.notify_all()
+
+    def await_event(self, text: str) -> None:
+        with self._arrival:
+            assert self._arrival.wait_for(
+                lambda: any(text in event for event in self.events), LIMIT_S
+            )
 
     def session_ended(self, report: Report) -> None:
         with self._arrival:
@@ -78,15 +87,17 @@ def sink() -> CountingSink:
 
 
 @pytest.fixture
-def receiver(sink: CountingSink) -> Iterator[Server]:
-    listener = listen(("127.0.0.1", 0))
-    request = CONFIGURE["streams"]
+def receiver(sink: CountingSink, request: pytest.FixtureRequest) -> Iterator[Server]:
+    """Is impatient only where a case waits for the end of its patience."""
+    vector = getattr(request.node, "callspec", None)
+    expected = vector.params["vector"].case["expect"] if vector else {}
+    limits = IMPATIENT if expected == {"error": "timeout"} else PATIENT
     server = Server(
-        listener,
+        listen(("127.0.0.1", 0)),
         Everybody(),
         sink,
-        request,
-        ReceiverSettings("test", "test", limits=LIMITS, app=lambda: RULES, graph=FakeGraph()),
+        CONFIGURE["streams"],
+        ReceiverSettings("test", "test", limits=limits, app=lambda: RULES, graph=FakeGraph()),
     )
     server.start()
     yield server
@@ -149,10 +160,10 @@ def check(case: dict[str, Any], peer: Peer, receiver: Server, sink: CountingSink
             error = peer.expect("ERROR").json
             assert (error["code"], error["fatal"]) == (code, True), error
             assert peer.read().name is None
-            assert any(error["message"] in event for event in sink.events)
+            sink.await_event(error["message"])
         case {"closed": True}:
             assert peer.read_until(None).name is None
-            assert sink.events
+            sink.await_event("")
         case {"refused": id}:
             answer = peer.expect("OPENED").json
             while answer["id"] != id:
