@@ -17,14 +17,10 @@ class Trackers : public OpenXr {
     }
     void TearDown() override {
         OpenXr::TearDown();
-        const auto sdk = sdkCounters();
+        ml2sim_counters sdk;
+        ml2sim_get_counters(&sdk);
         EXPECT_STREQ(sdk.last_misuse, "");
         EXPECT_EQ(sdk.open_handles + sdk.outstanding_snapshots, 0u);
-    }
-    static ml2sim_counters sdkCounters() {
-        ml2sim_counters counters;
-        ml2sim_get_counters(&counters);
-        return counters;
     }
     static std::vector<ml2s_reading> poll(Sensor &sensor, uint32_t capacity) {
         std::vector<ml2s_reading> poses(capacity, sized<ml2s_reading>());

@@ -5,14 +5,15 @@
 
 #include <cstdint>
 #include <numeric>
+#include <string>
 
 #include "ml2sim.h"
 
 constexpr int64_t kMillisecond = 1000000;
 constexpr int64_t kSecond = 1000000000;
 
-inline void set(const char *key, const char *value) {
-    const char *problem = ml2sim_set(key, value);
+inline void set(const std::string &key, const char *value) {
+    const char *problem = ml2sim_set(key.c_str(), value);
     ASSERT_EQ(problem, nullptr) << problem;
 }
 

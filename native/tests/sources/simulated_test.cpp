@@ -1,13 +1,11 @@
 // The sources with the simulated headset: the result of each of its faults, and no leak and no misuse.
 #include <optional>
 
-#include "ml2sim.h"
+#include "../sim/headset.h"
 #include "ml_perception.h"
 #include "sensor.h"
 
 namespace {
-
-constexpr int64_t kSecond = 1000000000;
 
 uint64_t bits(std::initializer_list<ml2s_stream> streams) {
     uint64_t mask = 0;
@@ -15,11 +13,6 @@ uint64_t bits(std::initializer_list<ml2s_stream> streams) {
         mask |= ML2S_STREAM_BIT(stream);
     }
     return mask;
-}
-
-void set(const std::string &key, const char *value) {
-    const char *problem = ml2sim_set(key.c_str(), value);
-    ASSERT_EQ(problem, nullptr) << problem;
 }
 
 /** A headset whose clock the test advances. The end of each test checks for leaks and misuses. */
@@ -34,10 +27,9 @@ class Simulated : public testing::Test {
         ml2sim_advance(kSecond);
     }
     void TearDown() override {
-        ml2sim_counters counters;
-        ml2sim_get_counters(&counters);
-        EXPECT_STREQ(counters.last_misuse, "");
-        EXPECT_EQ(counters.open_handles + counters.outstanding_gets + counters.outstanding_snapshots, 0u);
+        const auto left = counters();
+        EXPECT_STREQ(left.last_misuse, "");
+        EXPECT_EQ(left.open_handles + left.outstanding_gets + left.outstanding_snapshots, 0u);
     }
 
     const ml2s_settings color = settingsOf(ML2S_SENSOR_COLOR, bits({ML2S_STREAM_COLOR}));

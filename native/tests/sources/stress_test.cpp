@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "ml2sim.h"
+#include "../sim/headset.h"
 #include "sensor.h"
 
 namespace {
@@ -30,8 +30,8 @@ class Stress : public testing::Test {
   protected:
     void SetUp() override {
         ml2sim_reset();
-        ASSERT_EQ(ml2sim_set("clock", "manual"), nullptr);
-        ASSERT_EQ(ml2sim_set("loop_seconds", "2"), nullptr);
+        set("clock", "manual");
+        set("loop_seconds", "2");
         clock_ = std::thread([this] {
             while (!isDone_) {
                 ml2sim_advance(kPeriodNanos);
@@ -42,10 +42,9 @@ class Stress : public testing::Test {
     void TearDown() override {
         isDone_ = true;
         clock_.join();
-        ml2sim_counters counters;
-        ml2sim_get_counters(&counters);
-        EXPECT_STREQ(counters.last_misuse, "");
-        EXPECT_EQ(counters.open_handles + counters.outstanding_gets, 0u);
+        const auto left = counters();
+        EXPECT_STREQ(left.last_misuse, "");
+        EXPECT_EQ(left.open_handles + left.outstanding_gets, 0u);
     }
 
   private:
