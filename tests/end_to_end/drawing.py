@@ -49,7 +49,13 @@ def note(config: Path, options: Sequence[str]) -> Path | None:
     if not cameras:
         return None
     text = json.dumps([cameras, _lasting(options)], sort_keys=True)
-    return _CACHE / f"drawn-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    return _cache(options) / f"drawn-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
+def _cache(options: Sequence[str]) -> Path:
+    """Returns the folder of a run's frames."""
+    named = [Path(it.removeprefix("cache=")) for it in options if it.startswith("cache=")]
+    return [_CACHE, *named][-1]
 
 
 def forget(config: Path, options: Sequence[str]) -> None:
@@ -73,10 +79,16 @@ def drawing_options(options: Sequence[str]) -> list[str]:
     return [*_lasting(options), "--duration", "3600"]
 
 
-def await_drawn(log: Path, options: Sequence[str]) -> bool:
+def passes(options: Sequence[str], most: int) -> int:
+    """Returns how many headsets may be needed: one repeats a loop, but not the path of a file."""
+    return most if any(it.startswith("trajectory=") for it in options) else 1
+
+
+def await_drawn(log: Path, options: Sequence[str]) -> int | None:
     """Waits until a running headset has rendered all frames that it shows.
 
-    Returns False if disk or cache have no room for them, so that each headset renders its own.
+    Returns how many it has not, or None if disk or cache have no room for them, so that each
+    headset renders its own.
 
     Args:
         log: its standard output and error.
@@ -84,28 +96,30 @@ def await_drawn(log: Path, options: Sequence[str]) -> bool:
     loops_s = [float(it.split("=")[1]) for it in options if it.startswith(_LOOP)]
     quiet_s = max(loops_s, default=_LOOP_S) + _SAID_S
     last: Any = None
+    cache = _cache(options)
     since_s = time.monotonic()
     while True:
         text = log.read_text(errors="replace")
         if _NOT_KEPT in text:
-            return False
+            return None
         try:
-            missing = sum(_missing(name, int(count)) for name, count in _INCOMPLETE.findall(text))
+            files = _INCOMPLETE.findall(text)
+            missing = sum(_missing(cache / name, int(count)) for name, count in files)
         except FileNotFoundError:
-            return False
+            return None
         now = (missing, left_out(log), ": running" in text)
         if now != last:
             last, since_s = now, time.monotonic()
         still_s = time.monotonic() - since_s
         if now[2] and still_s > (_OPENED_S if missing == 0 else quiet_s):
-            return True
+            return missing
         assert still_s < LIMIT_S, f"no stream was accepted: {text}"
         time.sleep(0.1)  # nothing tells when the last frame is rendered
 
 
-def _missing(name: str, count: int) -> int:
+def _missing(frames: Path, count: int) -> int:
     """Returns how many frames are not rendered; a file ends in one byte for each (frame_file.h)."""
     pages = -(-count // _PAGE_BYTES)
-    with (_CACHE / name).open("rb") as file:
+    with frames.open("rb") as file:
         file.seek(-pages * _PAGE_BYTES, 2)
         return file.read(count).count(0)
