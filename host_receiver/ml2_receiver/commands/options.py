@@ -83,6 +83,12 @@ def add_ros_args(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
 
 
+def add_receiver(parser: argparse.ArgumentParser) -> None:
+    """The options of a command that watches a receiver with a node."""
+    add_name(parser)
+    add_ros_args(parser)
+
+
 def name(text: str) -> str:
     """Parses a part of topic names, or nothing, for argparse."""
     if not _NAME.fullmatch(text):

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ml2_receiver.commands.options import KEYS, Subparsers, add_name, add_ros_args, complete
+from ml2_receiver.commands.options import KEYS, Subparsers, add_receiver, complete
 from ml2_receiver.errors import RosError
 
 from .live import PATIENCE_S, receiver_client, whom
@@ -39,8 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("service", choices=tuple(_SERVICES), help="see below")
     keys = parser.add_argument("keys", nargs="*", metavar="KEY", help="of save_config")
     complete(keys, KEYS)
-    add_name(parser)
-    add_ros_args(parser)
+    add_receiver(parser)
     parser.set_defaults(run=_run)
 
 

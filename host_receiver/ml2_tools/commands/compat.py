@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
+from ml2_receiver.commands.options import Subparsers, add_receiver
 from ml2_receiver.commands.ros_start import node_arguments, ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 
@@ -34,8 +34,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--out", default="/thesis", help="prefix of the published topics; default: /thesis"
     )
-    add_name(parser)
-    add_ros_args(parser)
+    add_receiver(parser)
     parser.set_defaults(run=_run)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
-from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
+from ml2_receiver.commands.options import Subparsers, add_receiver
 from ml2_receiver.commands.session_port import add_keys
 from ml2_receiver.json_text import json_text
 from ml2_receiver.printable import markup
@@ -43,8 +43,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--paired", action="store_true", help="list the devices that may connect, with --json too"
     )
     add_keys(parser)
-    add_name(parser)
-    add_ros_args(parser)
+    add_receiver(parser)
     parser.set_defaults(run=_run)
 
 

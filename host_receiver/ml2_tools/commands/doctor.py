@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from ml2_receiver.commands.options import Subparsers, add_file, add_name, add_ros_args
+from ml2_receiver.commands.options import Subparsers, add_file, add_receiver
 from ml2_receiver.commands.session_port import PORT
 from ml2_receiver.configuration.config import Config, load_each
 from ml2_receiver.configuration.config_file import ConfigFile
@@ -68,8 +68,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help="also write versions, configuration, diagnostics, logs and findings to a zip file,"
         " without keys and images",
     )
-    add_name(parser)
-    add_ros_args(parser)
+    add_receiver(parser)
     parser.set_defaults(run=_run)
 
 

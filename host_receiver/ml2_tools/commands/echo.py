@@ -6,7 +6,7 @@ import sys
 from contextlib import ExitStack
 from difflib import get_close_matches
 
-from ml2_receiver.commands.options import TOPICS, Subparsers, add_name, add_ros_args, complete
+from ml2_receiver.commands.options import TOPICS, Subparsers, add_receiver, complete
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.printable import printable
@@ -33,8 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     complete(topic, TOPICS)
     parser.add_argument("--once", action="store_true", help="print one message and end")
-    add_name(parser)
-    add_ros_args(parser)
+    add_receiver(parser)
     parser.set_defaults(run=_run)
 
 

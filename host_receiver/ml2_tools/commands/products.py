@@ -2,7 +2,7 @@
 
 import argparse
 
-from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
+from ml2_receiver.commands.options import Subparsers, add_receiver
 from ml2_receiver.commands.ros_start import node_arguments, ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 
@@ -33,8 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="general.topic_name; default: /magic_leap2"
     )
-    add_name(parser)
-    add_ros_args(parser)
+    add_receiver(parser)
     parser.set_defaults(run=_run)
 
 

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ml2_receiver.commands.options import VALUES, Subparsers, add_name, add_ros_args, complete
+from ml2_receiver.commands.options import VALUES, Subparsers, add_receiver, complete
 from ml2_receiver.errors import RosError
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.json_body import Scalar
@@ -36,8 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help="`config show` lists keys and allowed values",
     )
     complete(values, VALUES)
-    add_name(parser)
-    add_ros_args(parser)
+    add_receiver(parser)
     parser.set_defaults(run=_run)
 
 

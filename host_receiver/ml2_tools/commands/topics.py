@@ -6,7 +6,7 @@ import sys
 from rich.console import Console
 from rich.live import Live
 
-from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args
+from ml2_receiver.commands.options import Subparsers, add_receiver
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.json_text import json_text
 
@@ -36,8 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--once", action="store_true", help="print the table once and end")
     parser.add_argument("--json", action="store_true", help="print a list of objects once and end")
-    add_name(parser)
-    add_ros_args(parser)
+    add_receiver(parser)
     parser.set_defaults(run=_run)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import TYPE_CHECKING
 
-from ml2_receiver.commands.options import Subparsers, add_name, add_ros_args, port
+from ml2_receiver.commands.options import Subparsers, add_receiver, port
 from ml2_receiver.commands.pair import failed_attempts
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.session_port import PORT, add_keys
@@ -76,8 +76,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help=f"where `run` listens, for a headset that is paired on the page; default: {PORT}",
     )
     add_keys(parser)
-    add_name(parser)
-    add_ros_args(parser)
+    add_receiver(parser)
     parser.set_defaults(run=_run)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -115,11 +115,7 @@ class _Observer:
         self._count = 0
         self._instants: OrderedDict[int, dict[str, Pose]] = OrderedDict()
         self._heads: OrderedDict[int, Pose] = OrderedDict()
-        latched = QoSProfile(
-            depth=1,
-            durability=DurabilityPolicy.TRANSIENT_LOCAL,
-            reliability=ReliabilityPolicy.RELIABLE,
-        )
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.node.create_subscription(String, f"{prefix}/config", self._take_config, latched)
 
     def watch(self, cameras: Sequence[str], imu: str | None) -> None:
