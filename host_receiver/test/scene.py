@@ -169,6 +169,14 @@ class Scene:
         self.perform()
 
     def pass_time(self, seconds: float) -> None:
+        """Ticks as often as a server does."""
+        begin_s = self.now_s
+        for tick in range(1, int(seconds / 0.1)):
+            self.stand_still(begin_s + tick * 0.1 - self.now_s)
+        self.stand_still(begin_s + seconds - self.now_s)
+
+    def stand_still(self, seconds: float) -> None:
+        """Ticks only after this time."""
         self.now_s += seconds
         self.host.tick(self.now_s)
         self.perform()

@@ -75,6 +75,17 @@ def test_any_frame_on_control_keeps_a_session(scene: Scene, kind: int) -> None:
     assert scene.is_connected()
 
 
+def test_a_receiver_that_stood_still_first_hears_what_came_meanwhile(scene: Scene) -> None:
+    for _ in range(3):
+        scene.pass_time(1.5)
+        scene.stand_still(60.0)
+        scene.receive(scene.control, Kind.PING)
+    assert scene.is_connected()
+    scene.stand_still(60.0)
+    scene.pass_time(2.1)
+    assert scene.error(scene.control) == "timeout"
+
+
 def test_silence_on_control_ends_a_session(scene: Scene) -> None:
     scene.pass_time(2.9)
     scene.receive(scene.lanes["sensors"], 200)

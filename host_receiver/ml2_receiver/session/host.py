@@ -1,5 +1,6 @@
 """The receiver as a state machine without I/O: its connections and its one session."""
 
+import math
 from collections import Counter, deque
 from collections.abc import Callable
 
@@ -18,6 +19,8 @@ from .streams import DesiredStreams
 
 # A peer of another version comes again and again; this often it is worth a line.
 _INCOMPATIBLE_S = 60.0
+# A busy machine ticks so late; one that is later has stood still.
+_LATE_S = 1.0
 
 
 class Host:
@@ -40,6 +43,7 @@ class Host:
         self._busy = OncePerAddress(lambda text: self._act(Log(text, "refusal")))
         self._incompatible = OncePerAddress(lambda text: self._act(Log(text, "refusal")))
         self._said_since_s = 0.0
+        self._ticked_s = math.inf
 
     def opened(self, connection: Connection) -> None:
         """Adds a connection; closes a pending one if there are too many."""
@@ -178,7 +182,12 @@ class Host:
         self._replace_ended_session(now_s)
 
     def tick(self, now_s: float) -> None:
-        """Checks the time-outs of the pending connections and of the session."""
+        """Checks the time-outs of the pending connections and of the session.
+
+        Time in which nobody ticked, since the machine stood still, is not the headset's silence.
+        """
+        stood_still_s = max(0.0, now_s - self._ticked_s - _LATE_S)
+        self._ticked_s = now_s
         if now_s - self._said_since_s > _INCOMPATIBLE_S:
             self._incompatible.renew()
             self._said_since_s = now_s
@@ -187,7 +196,7 @@ class Host:
             message = f"no HELLO or JOIN within {handshake_s} s"
             self.failed(pending, ProtocolError(ErrorCode.TIMEOUT, message))
         if self.session is not None:
-            self.session.tick(now_s)
+            self.session.tick(now_s, stood_still_s)
         self._replace_ended_session(now_s)
 
     def topic_refused(self, opened: Open, reason: str, now_s: float) -> None:

@@ -221,8 +221,9 @@ class Session:
         if self._open <= {self.control}:
             self.finish(State.ENDED, "every lane is read")
 
-    def tick(self, now_s: float) -> None:
-        """Checks the time-outs, and sends PING if it is due."""
+    def tick(self, now_s: float, stood_still_s: float) -> None:
+        """Checks the time-outs but for `stood_still_s`, and sends PING if it is due."""
+        self._last_received_s += stood_still_s
         if self.state is not State.CONNECTED:
             return
         limits = self._settings.limits
