@@ -15,8 +15,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import yaml
+
+from configurations import only
 from left_out import left_out
 from ml2_receiver.configuration.config import load_config
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import CAMERA_KEYS
 from waiting import LIMIT_S
 
@@ -56,6 +60,17 @@ def _cache(options: Sequence[str]) -> Path:
     """Returns the folder of a run's frames."""
     named = [Path(it.removeprefix("cache=")) for it in options if it.startswith("cache=")]
     return [_CACHE, *named][-1]
+
+
+def cameras_alone(config: Path) -> str:
+    """Returns a configuration without sensors that only take time from drawing."""
+    (node,) = yaml.safe_load(config.read_text()).values()
+    given: dict[str, dict[str, Any]] = node["ros__parameters"]
+    table = load_table().streams
+    requests = load_config(config).requests
+    cameras = {table[it].section for it, values in requests.items() if "format" in values}
+    sections = {it: given.get(it, {}) | {"enabled": True} for it in sorted(cameras)}
+    return only({"general": given.get("general", {}), **sections})
 
 
 def forget(config: Path, options: Sequence[str]) -> None:

@@ -263,7 +263,9 @@ def draw_images(
         return
     folder.mkdir(parents=True, exist_ok=True)
     environment = isolated_environment()
-    command = receive_command(config, "127.0.0.1:0", *receiver_options, security=security)
+    cameras = folder / "drawing.yaml"
+    cameras.write_text(drawing.cameras_alone(config))
+    command = receive_command(cameras, "127.0.0.1:0", *receiver_options, security=security)
     log = folder / "drawing.log"
     with process(command, environment, folder / "drawing-receiver.log") as receiver:
         options = drawing.drawing_options(headset_options)
