@@ -55,15 +55,26 @@ class Browser:
     def say(self, **message: Any) -> None:
         self.connection.send(json.dumps(message))
 
-    def next(self, *, acknowledges: bool = True) -> dict[str, Any] | Picture:
+    def next(
+        self, *, acknowledges: bool = True, timeout_s: float = LIMIT_S
+    ) -> dict[str, Any] | Picture:
         """The next message: JSON or an image."""
-        message = self.connection.recv(LIMIT_S)
+        message = self.connection.recv(timeout_s)
         found: dict[str, Any] | Picture = (
             json.loads(message) if isinstance(message, str) else picture(message)
         )
         kind = found.stream if isinstance(found, Picture) else found.get("stream", found["type"])
         if acknowledges and kind not in ("hello", "answer", "pixel"):
             self.say(seen=kind)
+        return found
+
+    def sent(self) -> list[dict[str, Any] | Picture]:
+        """All that was sent until now and not read yet, which is not acknowledged."""
+        assert self.connection.ping().wait(LIMIT_S)
+        found: list[dict[str, Any] | Picture] = []
+        with suppress(TimeoutError):
+            while True:
+                found.append(self.next(acknowledges=False, timeout_s=0))
         return found
 
     def text(self, type: str) -> dict[str, Any]:
