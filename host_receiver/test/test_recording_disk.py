@@ -3,11 +3,14 @@
 import errno
 import os
 import resource
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
+from itertools import count
 from pathlib import Path
 from queue import SimpleQueue
+from types import SimpleNamespace
 from typing import NoReturn
 
 import pytest
@@ -113,6 +116,35 @@ def test_a_recording_whose_folder_is_removed_says_so(tmp_path: Path) -> None:
     assert recorder.progress.messages + sum(recorder.progress.dropped.values()) == 2
 
 
+def test_what_came_is_on_the_disk_half_a_second_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    halves = count()
+    clock = SimpleNamespace(monotonic=lambda: now_s, time_ns=time.time_ns)
+    monkeypatch.setattr("ml2_receiver.recording.recorder.time", clock)
+    now_s = 0.0
+    recorder = Recorder(
+        bag_scene.new_writer(tmp_path / "walk"), load_table(), bag_scene.PREFIX, pytest.fail
+    )
+    publish = recorder.open(BATTERY)
+
+    def is_written_half_a_second_later(number: int) -> bool:
+        nonlocal now_s
+        now_s = next(halves) / 2
+        return is_written(tmp_path / "walk", number)
+
+    publish(bytearray(bag_scene.battery(0)))
+    await_true(lambda: is_written_half_a_second_later(0))  # the recorder has begun
+    publish(bytearray(bag_scene.battery(1)))
+    now_s += 0.5
+    await_true(lambda: is_written(tmp_path / "walk", 1))
+    recorder.close()
+
+
+def is_written(folder: Path, number: int) -> bool:
+    return bytes(bag_scene.battery(number)) in mcap_file(folder).read_bytes()
+
+
 def test_messages_are_written_while_the_metadata_wait_for_the_disk(tmp_path: Path) -> None:
     writer = bag_scene.new_writer(tmp_path / "walk")
     recorder = Recorder(writer, load_table(), bag_scene.PREFIX, pytest.fail)
@@ -120,13 +152,9 @@ def test_messages_are_written_while_the_metadata_wait_for_the_disk(tmp_path: Pat
     os.mkfifo(draft)  # who writes to it waits for who reads
     publish = recorder.open(BATTERY)  # from now on the metadata have to be written
 
-    def is_written(number: int) -> bool:
-        data = bytes(bag_scene.battery(number))
-        return data in mcap_file(tmp_path / "walk").read_bytes()
-
     for number in range(3):
         publish(bytearray(bag_scene.battery(number)))
-        await_true(partial(is_written, number))
+        await_true(partial(is_written, tmp_path / "walk", number))
     reader = os.open(draft, os.O_RDONLY | os.O_NONBLOCK)
     recorder.close()
     os.close(reader)
