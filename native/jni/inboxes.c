@@ -6,13 +6,13 @@
 #include "../sdk/ml2s.h"
 #include "failure.h"
 
-jint inboxes_open(JNIEnv *env, jclass, jint depth) {
+jint inboxes_open(JNIEnv *env, jobject, jint depth) {
     uint32_t inbox = 0;
     failure_throw(env, ml2s_inbox_open((uint32_t)depth, &inbox), NULL);
     return (jint)inbox;
 }
 
-jboolean inboxes_add(JNIEnv *env, jclass, jint inbox, jbyteArray bytes, jint offset, jint size_bytes,
+jboolean inboxes_add(JNIEnv *env, jobject, jint inbox, jbyteArray bytes, jint offset, jint size_bytes,
                      jlong published_nanos, jint number) {
     ml2s_message message = {.struct_size = sizeof message,
                             .size_bytes = (uint64_t)size_bytes,
@@ -34,7 +34,7 @@ jboolean inboxes_add(JNIEnv *env, jclass, jint inbox, jbyteArray bytes, jint off
     return !ml2s_inbox_add((uint32_t)inbox, &message);
 }
 
-jobject inboxes_await(JNIEnv *env, jclass, jint inbox, jlongArray about) {
+jobject inboxes_await(JNIEnv *env, jobject, jint inbox, jlongArray about) {
     ml2s_message message = {.struct_size = sizeof message};
     ml2s_result result;
     do {
@@ -54,8 +54,8 @@ jobject inboxes_await(JNIEnv *env, jclass, jint inbox, jlongArray about) {
     return bytes;
 }
 
-void inboxes_release(JNIEnv *env, jclass, jint inbox, jint slot) {
+void inboxes_release(JNIEnv *env, jobject, jint inbox, jint slot) {
     failure_throw(env, ml2s_inbox_release((uint32_t)inbox, (uint32_t)slot), NULL);
 }
 
-void inboxes_close(JNIEnv *env, jclass, jint inbox) { failure_throw(env, ml2s_inbox_close((uint32_t)inbox), NULL); }
+void inboxes_close(JNIEnv *env, jobject, jint inbox) { failure_throw(env, ml2s_inbox_close((uint32_t)inbox), NULL); }

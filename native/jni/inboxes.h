@@ -3,9 +3,9 @@
 
 #include <jni.h>
 
-jint inboxes_open(JNIEnv *env, jclass class, jint depth);
-jboolean inboxes_add(JNIEnv *env, jclass class, jint inbox, jbyteArray bytes, jint offset, jint size_bytes,
+jint inboxes_open(JNIEnv *env, jobject, jint depth);
+jboolean inboxes_add(JNIEnv *env, jobject, jint inbox, jbyteArray bytes, jint offset, jint size_bytes,
                      jlong published_nanos, jint number);
-jobject inboxes_await(JNIEnv *env, jclass class, jint inbox, jlongArray about);
-void inboxes_release(JNIEnv *env, jclass class, jint inbox, jint slot);
-void inboxes_close(JNIEnv *env, jclass class, jint inbox);
+jobject inboxes_await(JNIEnv *env, jobject, jint inbox, jlongArray about);
+void inboxes_release(JNIEnv *env, jobject, jint inbox, jint slot);
+void inboxes_close(JNIEnv *env, jobject, jint inbox);

@@ -13,7 +13,7 @@ jintArray layout_ints(JNIEnv *env, const jint *values, jsize count) {
 }
 
 #define FRAME(field) offsetof(ml2s_frame, field)
-jintArray layout_frame(JNIEnv *env, jclass) {
+jintArray layout_frame(JNIEnv *env, jobject) {
     static const jint values[] = {
         sizeof(ml2s_frame),
         FRAME(stream),
@@ -46,7 +46,7 @@ jintArray layout_frame(JNIEnv *env, jclass) {
 }
 
 #define READING(field) offsetof(ml2s_reading, field)
-jintArray layout_reading(JNIEnv *env, jclass) {
+jintArray layout_reading(JNIEnv *env, jobject) {
     static const jint values[] = {
         sizeof(ml2s_reading), READING(stream), READING(capture_nanos), READING(rotation), READING(position),
         READING(is_tracked),  READING(events), READING(values),        READING(id),       READING(name),
@@ -55,7 +55,7 @@ jintArray layout_reading(JNIEnv *env, jclass) {
 }
 
 #define SETTINGS(field) offsetof(ml2s_settings, field)
-jintArray layout_settings(JNIEnv *env, jclass) {
+jintArray layout_settings(JNIEnv *env, jobject) {
     static const jint values[] = {
         sizeof(ml2s_settings),   SETTINGS(sensor),          SETTINGS(backend),           SETTINGS(wants),
         SETTINGS(streams),       SETTINGS(second_streams),  SETTINGS(rate_hz),           SETTINGS(width),

@@ -7,10 +7,10 @@
 jintArray layout_ints(JNIEnv *env, const jint *values, jsize count);
 
 /** Returns the size of ml2s_frame and its offsets, in the order in which FrameBlock.kt reads them. */
-jintArray layout_frame(JNIEnv *env, jclass class);
+jintArray layout_frame(JNIEnv *env, jobject);
 
 /** Returns the size of ml2s_reading and its offsets, in the order in which ReadingBlock.kt reads them. */
-jintArray layout_reading(JNIEnv *env, jclass class);
+jintArray layout_reading(JNIEnv *env, jobject);
 
 /** Returns the size of ml2s_settings and its offsets, in the order in which NativeSettings.kt reads them. */
-jintArray layout_settings(JNIEnv *env, jclass class);
+jintArray layout_settings(JNIEnv *env, jobject);

@@ -14,19 +14,16 @@
 #define CLASS_NAME "dev/ml2sensors/capture/Native"
 #define ERROR(name) ml2s_error name = {.struct_size = sizeof name}
 
-static jlong now(JNIEnv *env, jclass class) {
-    (void)env, (void)class;
-    return ml2s_now();
-}
+static jlong now(JNIEnv *, jobject) { return ml2s_now(); }
 
-static jlong boottime_of(JNIEnv *env, jclass, jlong device_nanos) {
+static jlong boottime_of(JNIEnv *env, jobject, jlong device_nanos) {
     ERROR(error);
     int64_t nanos = 0;
     failure_throw(env, ml2s_boottime_of(device_nanos, &nanos, &error), &error);
     return nanos;
 }
 
-static void check(JNIEnv *env, jclass, jint sensor, jint backend) {
+static void check(JNIEnv *env, jobject, jint sensor, jint backend) {
     ERROR(error);
     failure_throw(env, ml2s_check((uint32_t)sensor, (uint32_t)backend, &error), &error);
 }
@@ -47,19 +44,19 @@ static const ml2s_settings *settings_in(JNIEnv *env, jobject buffer) {
     return structures_in(env, buffer, sizeof(ml2s_settings), &memory) ? memory : NULL;
 }
 
-static jlong open(JNIEnv *env, jclass, jobject settings) {
+static jlong open(JNIEnv *env, jobject, jobject settings) {
     ERROR(error);
     ml2s_handle handle = 0;
     failure_throw(env, ml2s_open(settings_in(env, settings), &handle, &error), &error);
     return (jlong)handle;
 }
 
-static void configure(JNIEnv *env, jclass, jlong handle, jobject settings) {
+static void configure(JNIEnv *env, jobject, jlong handle, jobject settings) {
     ERROR(error);
     failure_throw(env, ml2s_configure((ml2s_handle)handle, settings_in(env, settings), &error), &error);
 }
 
-static jint poll(JNIEnv *env, jclass, jlong handle, jlong timeout_nanos, jobject frames) {
+static jint poll(JNIEnv *env, jobject, jlong handle, jlong timeout_nanos, jobject frames) {
     ERROR(error);
     void *memory;
     uint32_t capacity = structures_in(env, frames, sizeof(ml2s_frame), &memory);
@@ -68,7 +65,7 @@ static jint poll(JNIEnv *env, jclass, jlong handle, jlong timeout_nanos, jobject
     return failure_throw(env, result, &error) ? 0 : (jint)count;
 }
 
-static jint poll_readings(JNIEnv *env, jclass, jlong handle, jobject readings) {
+static jint poll_readings(JNIEnv *env, jobject, jlong handle, jobject readings) {
     ERROR(error);
     void *memory;
     uint32_t capacity = structures_in(env, readings, sizeof(ml2s_reading), &memory);
@@ -77,7 +74,7 @@ static jint poll_readings(JNIEnv *env, jclass, jlong handle, jobject readings) {
     return failure_throw(env, result, &error) ? 0 : (jint)count;
 }
 
-static jboolean color_pose(JNIEnv *env, jclass, jlong handle, jlong device_nanos, jobject pose) {
+static jboolean color_pose(JNIEnv *env, jobject, jlong handle, jlong device_nanos, jobject pose) {
     ERROR(error);
     void *memory;
     ml2s_result result = structures_in(env, pose, sizeof(ml2s_reading), &memory)
@@ -86,7 +83,7 @@ static jboolean color_pose(JNIEnv *env, jclass, jlong handle, jlong device_nanos
     return result != ML2S_NO_POSE && !failure_throw(env, result, &error);
 }
 
-static jintArray list_rates(JNIEnv *env, jclass, jlong handle) {
+static jintArray list_rates(JNIEnv *env, jobject, jlong handle) {
     ERROR(error);
     uint32_t rates[16];
     uint32_t count = 0;
@@ -94,7 +91,7 @@ static jintArray list_rates(JNIEnv *env, jclass, jlong handle) {
     return failure_throw(env, result, &error) ? NULL : layout_ints(env, (const jint *)rates, (jsize)count);
 }
 
-static void close(JNIEnv *env, jclass, jlong handle) {
+static void close(JNIEnv *env, jobject, jlong handle) {
     ERROR(error);
     ml2s_result result = ml2s_close((ml2s_handle)handle, &error);
     if (result == ML2S_CLOSED || result == ML2S_WRONG_THREAD) {
@@ -104,18 +101,18 @@ static void close(JNIEnv *env, jclass, jlong handle) {
     }
 }
 
-static void reserve(JNIEnv *env, jclass, jint stream) { failure_throw(env, ml2s_reserve((uint32_t)stream), NULL); }
+static void reserve(JNIEnv *env, jobject, jint stream) { failure_throw(env, ml2s_reserve((uint32_t)stream), NULL); }
 
-static void retire(JNIEnv *env, jclass, jint stream) { failure_throw(env, ml2s_retire((uint32_t)stream), NULL); }
+static void retire(JNIEnv *env, jobject, jint stream) { failure_throw(env, ml2s_retire((uint32_t)stream), NULL); }
 
-static jint take(JNIEnv *env, jclass, jint stream, jint size_bytes) {
+static jint take(JNIEnv *env, jobject, jint stream, jint size_bytes) {
     uint32_t slot;
     ml2s_memory memory;
     ml2s_result result = ml2s_take((uint32_t)stream, (uint64_t)size_bytes, &slot, &memory);
     return result == ML2S_ALL_SLOTS_LEASED || failure_throw(env, result, NULL) ? -1 : (jint)slot;
 }
 
-static jobject bytes(JNIEnv *env, jclass, jint stream, jint slot, jint offset, jint size_bytes) {
+static jobject bytes(JNIEnv *env, jobject, jint stream, jint slot, jint offset, jint size_bytes) {
     ml2s_memory memory = slots_memory((uint32_t)stream, (uint32_t)slot);
     bool is_inside = offset >= 0 && size_bytes > 0 && (uint64_t)offset + (uint64_t)size_bytes <= memory.size_bytes;
     if (!is_inside) {
@@ -125,12 +122,9 @@ static jobject bytes(JNIEnv *env, jclass, jint stream, jint slot, jint offset, j
     return (*env)->NewDirectByteBuffer(env, memory.data + offset, size_bytes);
 }
 
-static jlong mapped_bytes(JNIEnv *env, jclass class) {
-    (void)env, (void)class;
-    return (jlong)memory_mapped_bytes();
-}
+static jlong mapped_bytes(JNIEnv *, jobject) { return (jlong)memory_mapped_bytes(); }
 
-static void publish(JNIEnv *env, jclass, jobject frames, jint index) {
+static void publish(JNIEnv *env, jobject, jobject frames, jint index) {
     void *memory;
     uint32_t count = structures_in(env, frames, sizeof(ml2s_frame), &memory);
     ml2s_frame *frame = (uint32_t)index < count ? (ml2s_frame *)memory + index : NULL;
@@ -140,13 +134,13 @@ static void publish(JNIEnv *env, jclass, jobject frames, jint index) {
     failure_throw(env, ml2s_publish(frame), NULL);
 }
 
-static void unpublish(JNIEnv *env, jclass, jint stream) { failure_throw(env, ml2s_unpublish((uint32_t)stream), NULL); }
+static void unpublish(JNIEnv *env, jobject, jint stream) { failure_throw(env, ml2s_unpublish((uint32_t)stream), NULL); }
 
-static void release(JNIEnv *env, jclass, jint stream, jint slot) {
+static void release(JNIEnv *env, jobject, jint stream, jint slot) {
     failure_throw(env, ml2s_release((uint32_t)stream, (uint32_t)slot), NULL);
 }
 
-static jint most_encoded_bytes(JNIEnv *env, jclass, jint codec, jint width, jint height) {
+static jint most_encoded_bytes(JNIEnv *env, jobject, jint codec, jint width, jint height) {
     ERROR(error);
     ml2s_image image = {
         .struct_size = sizeof image, .codec = (uint32_t)codec, .width = (uint32_t)width, .height = (uint32_t)height};
@@ -158,7 +152,7 @@ static jint most_encoded_bytes(JNIEnv *env, jclass, jint codec, jint width, jint
     return failure_throw(env, result, &error) ? 0 : (jint)size_bytes;
 }
 
-static jint encode(JNIEnv *env, jclass, jobject pixels, jint codec, jint quality, jint width, jint height,
+static jint encode(JNIEnv *env, jobject, jobject pixels, jint codec, jint quality, jint width, jint height,
                    jint stride_bytes, jint stream, jint slot) {
     ERROR(error);
     ml2s_image image = {.struct_size = sizeof image,
@@ -180,7 +174,7 @@ static jint encode(JNIEnv *env, jclass, jobject pixels, jint codec, jint quality
 }
 
 /** Keeps a global reference to context for the life of the process. */
-static void use_openxr(JNIEnv *env, jclass, jstring loader_path, jobject context) {
+static void use_openxr(JNIEnv *env, jobject, jstring loader_path, jobject context) {
     char path[512];
     ERROR(error);
     ml2s_openxr openxr = {.struct_size = sizeof openxr, .loader_path = path};

@@ -76,15 +76,13 @@ static bool is(int file, get_name get, const end_point *expected) {
 }
 
 /** Returns how many bytes the peer has not acknowledged, tcp(7); -1 if the system does not tell. */
-static jint unacknowledged(JNIEnv *env, jclass class, jint file) {
-    (void)env, (void)class;
+static jint unacknowledged(JNIEnv *, jclass, jint file) {
     int bytes = 0;
     return ioctl(file, TIOCOUTQ, &bytes) ? -1 : bytes;
 }
 
 /** Has writes wait while that many bytes were not sent, TCP_NOTSENT_LOWAT; returns false if the system cannot. */
-static jboolean limit_unsent(JNIEnv *env, jclass class, jint file, jint bytes) {
-    (void)env, (void)class;
+static jboolean limit_unsent(JNIEnv *, jclass, jint file, jint bytes) {
     return !setsockopt(file, TCP_LEVEL, TCP_NOT_SENT_LOWAT, &bytes, sizeof bytes);
 }
 

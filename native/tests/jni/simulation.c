@@ -7,7 +7,7 @@
 #include "../../sdk/ml2s.h"
 #include "ml2sim.h"
 
-static jstring set(JNIEnv *env, jclass, jstring key, jstring value) {
+static jstring set(JNIEnv *env, jobject, jstring key, jstring value) {
     char texts[2][256];
     jstring strings[] = {key, value};
     for (int i = 0; i < 2; i++) {
@@ -18,36 +18,26 @@ static jstring set(JNIEnv *env, jclass, jstring key, jstring value) {
     return problem ? (*env)->NewStringUTF(env, problem) : NULL;
 }
 
-static void reset(JNIEnv *env, jclass class) {
-    (void)env, (void)class;
-    ml2sim_reset();
-}
+static void reset(JNIEnv *, jobject) { ml2sim_reset(); }
 
-static void advance(JNIEnv *env, jclass class, jlong nanos) {
-    (void)env, (void)class;
-    ml2sim_advance(nanos);
-}
+static void advance(JNIEnv *, jobject, jlong nanos) { ml2sim_advance(nanos); }
 
-static jint open_handles(JNIEnv *env, jclass class) {
-    (void)env, (void)class;
+static jint open_handles(JNIEnv *, jobject) {
     ml2sim_counters counters;
     ml2sim_get_counters(&counters);
     return (jint)(counters.open_handles + counters.outstanding_gets + counters.outstanding_snapshots);
 }
 
-static jstring last_misuse(JNIEnv *env, jclass) {
+static jstring last_misuse(JNIEnv *env, jobject) {
     ml2sim_counters counters;
     ml2sim_get_counters(&counters);
     return (*env)->NewStringUTF(env, counters.last_misuse);
 }
 
-static jlong mltime(JNIEnv *env, jclass class, jlong boottime_nanos) {
-    (void)env, (void)class;
-    return ml2sim_mltime_of_boottime(boottime_nanos);
-}
+static jlong mltime(JNIEnv *, jobject, jlong boottime_nanos) { return ml2sim_mltime_of_boottime(boottime_nanos); }
 
 /** Rotation x, y, z, w and position of a camera, or of the head when there is no such camera. */
-static jdoubleArray true_pose(JNIEnv *env, jclass, jint camera, jlong boottime_nanos) {
+static jdoubleArray true_pose(JNIEnv *env, jobject, jint camera, jlong boottime_nanos) {
     ml2sim_pose pose;
     int64_t mltime = ml2sim_mltime_of_boottime(boottime_nanos);
     if (ml2sim_true_pose((uint32_t)camera, mltime, &pose)) {
@@ -68,7 +58,7 @@ static void *loaded(const char *name) {
 }
 
 /** Returns the oldest message of an inbox, or null. */
-static jbyteArray take_message(JNIEnv *env, jclass, jint inbox) {
+static jbyteArray take_message(JNIEnv *env, jobject, jint inbox) {
     ml2s_result (*acquire)(uint32_t, ml2s_message *) = NULL;
     ml2s_result (*release)(uint32_t, uint32_t) = NULL;
     *(void **)&acquire = loaded("ml2s_inbox_acquire");
@@ -85,7 +75,7 @@ static jbyteArray take_message(JNIEnv *env, jclass, jint inbox) {
     return bytes;
 }
 
-static jboolean acquire_latest(JNIEnv *env, jclass, jint stream, jlong after_nanos, jobject frame) {
+static jboolean acquire_latest(JNIEnv *env, jobject, jint stream, jlong after_nanos, jobject frame) {
     ml2s_result (*acquire)(uint32_t, int64_t, ml2s_frame *) = NULL;
     *(void **)&acquire = loaded("ml2s_acquire_latest");
     ml2s_frame *memory = (*env)->GetDirectBufferAddress(env, frame);
@@ -120,7 +110,7 @@ static void *call_attached(void *context) {
 }
 
 /** Calls a static method from a thread that no class has begun, with a text or null; returns what it threw. */
-static jthrowable call_natively(JNIEnv *env, jclass, jclass of, jstring name, jstring argument) {
+static jthrowable call_natively(JNIEnv *env, jobject, jclass of, jstring name, jstring argument) {
     struct call call = {.class = (*env)->NewGlobalRef(env, of), .argument = (*env)->NewGlobalRef(env, argument)};
     (*env)->GetJavaVM(env, &call.vm);
     (*env)->GetStringUTFRegion(env, name, 0, (*env)->GetStringLength(env, name), call.name);

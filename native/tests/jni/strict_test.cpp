@@ -63,8 +63,8 @@ template <class Function> Function *method(const char *name) {
 
 TEST(StrictJni, ThePathOfTheLoaderEndsWhereTheStringEnds) {
     std::string path = "/no/such/loader.so";
-    method<void(JNIEnv *, jclass, jstring, jobject)>("useOpenXr")(strictEnv(), nullptr,
-                                                                  reinterpret_cast<jstring>(&path), nullptr);
+    method<void(JNIEnv *, jobject, jstring, jobject)>("useOpenXr")(strictEnv(), nullptr,
+                                                                   reinterpret_cast<jstring>(&path), nullptr);
     auto settings = settingsOf(ML2S_SENSOR_HEAD, ML2S_STREAM_BIT(ML2S_STREAM_HEAD_POSE));
     settings.backend = ML2S_BACKEND_OPENXR;
     const Sensor sensor(settings);

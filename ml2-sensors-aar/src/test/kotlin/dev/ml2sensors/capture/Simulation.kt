@@ -46,39 +46,29 @@ internal object Simulation {
         )
     }
 
-    @JvmStatic
     private external fun set(key: String, value: String): String?
 
-    @JvmStatic
     private external fun reset()
 
     /** Returns the oldest message of an inbox as a native reader does, or null. */
-    @JvmStatic
     external fun takeMessage(inbox: Int): ByteArray?
 
     /** ml2s_acquire_latest, which Kotlin itself has no use for, into [frame], a direct buffer of one ml2s_frame. */
-    @JvmStatic
     external fun acquireLatest(stream: Int, afterNanos: Long, frame: ByteBuffer): Boolean
 
     /** Calls the static [method] of [type] from a thread that no class has begun; returns what it threw. */
-    @JvmStatic
     external fun callNatively(type: Class<*>, method: String, argument: String?): Throwable?
 
     /** With the key clock=manual. */
-    @JvmStatic
     external fun advance(nanos: Long)
 
     /** And what is lent by them. */
-    @JvmStatic
     external fun openHandles(): Int
 
     /** The MLTime of an instant of CLOCK_BOOTTIME. */
-    @JvmStatic
     external fun mlTime(boottimeNanos: Long): Long
 
-    @JvmStatic
     external fun lastMisuse(): String
 
-    @JvmStatic
     private external fun truePose(camera: Int, boottimeNanos: Long): DoubleArray
 }
