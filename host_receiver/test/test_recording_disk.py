@@ -7,10 +7,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from itertools import count
 from pathlib import Path
 from queue import SimpleQueue
-from types import SimpleNamespace
 from typing import NoReturn
 
 import pytest
@@ -116,28 +114,30 @@ def test_a_recording_whose_folder_is_removed_says_so(tmp_path: Path) -> None:
     assert recorder.progress.messages + sum(recorder.progress.dropped.values()) == 2
 
 
+class Clock:
+    """Monotonic time that a test sets."""
+
+    def __init__(self) -> None:
+        self.now_s, self.is_asked = 0.0, False
+
+    def monotonic(self) -> float:
+        now_s, self.is_asked = self.now_s, True
+        return now_s
+
+    time_ns = staticmethod(time.time_ns)
+
+
 def test_what_came_is_on_the_disk_half_a_second_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    halves = count()
-    clock = SimpleNamespace(monotonic=lambda: now_s, time_ns=time.time_ns)
+    clock = Clock()
     monkeypatch.setattr("ml2_receiver.recording.recorder.time", clock)
-    now_s = 0.0
-    recorder = Recorder(
-        bag_scene.new_writer(tmp_path / "walk"), load_table(), bag_scene.PREFIX, pytest.fail
-    )
-    publish = recorder.open(BATTERY)
-
-    def is_written_half_a_second_later(number: int) -> bool:
-        nonlocal now_s
-        now_s = next(halves) / 2
-        return is_written(tmp_path / "walk", number)
-
-    publish(bytearray(bag_scene.battery(0)))
-    await_true(lambda: is_written_half_a_second_later(0))  # the recorder has begun
-    publish(bytearray(bag_scene.battery(1)))
-    now_s += 0.5
-    await_true(lambda: is_written(tmp_path / "walk", 1))
+    writer = bag_scene.new_writer(tmp_path / "walk")
+    recorder = Recorder(writer, load_table(), bag_scene.PREFIX, pytest.fail)
+    await_true(lambda: clock.is_asked)
+    recorder.open(BATTERY)(bytearray(bag_scene.battery(0)))
+    clock.now_s = 0.5
+    await_true(lambda: is_written(tmp_path / "walk", 0))
     recorder.close()
 
 
