@@ -176,6 +176,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
             publishers.close()
             services.close()
             scope.cancel()
+            pairing.close()
             closed.countDown()
         }
         closed.await(BLOCKING_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)

@@ -46,12 +46,18 @@ internal class UnityPairing(private val app: Context) {
         failed(e)
     }
 
+    /** Gives up a pairing that runs; the receiver may know this app nevertheless. */
+    fun close(): Unit = mutableStatus.update {
+        if (it.state == RUNNING) it.copy(state = FAILED, reason = "it was closed meanwhile") else it
+    }
+
     private fun failed(cause: Exception): Boolean {
-        mutableStatus.update { it.copy(state = "failed", reason = cause.message ?: cause.javaClass.simpleName) }
+        mutableStatus.update { it.copy(state = FAILED, reason = cause.message ?: cause.javaClass.simpleName) }
         return false
     }
 
     private companion object {
         const val RUNNING = "running"
+        const val FAILED = "failed"
     }
 }

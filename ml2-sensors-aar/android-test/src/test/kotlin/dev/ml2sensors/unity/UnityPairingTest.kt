@@ -31,6 +31,7 @@ import org.robolectric.annotation.Config
 import org.robolectric.shadow.api.Shadow
 import org.robolectric.shadows.ShadowLog
 import java.io.File
+import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
@@ -123,6 +124,20 @@ class UnityPairingTest {
             repeat(2) { probe.unity.pair(receiver.uri) }
             val over = probe.await { it.pairing.state != "running" && it.pairing.text("number") != "0" }
             assertEquals("paired" to "1", over.pairing.state to over.pairing.text("number"))
+        }
+    }
+
+    @Test
+    fun aPairingThatRunsHasFailedOnceItIsClosed() = withKeys { probe ->
+        val mayEnd = CountDownLatch(1)
+        PairingPeer { _, _ -> mayEnd.await() }.use { receiver ->
+            probe.unity.pair(receiver.uri)
+            probe.unity.close()
+            // What closing waits for may take longer than it waits
+            while (probe.status().pairing.text("state") == "running") Thread.yield()
+            val over = probe.status().pairing
+            assertEquals("failed" to "it was closed meanwhile", over.text("state") to over.text("reason"))
+            mayEnd.countDown()
         }
     }
 
