@@ -7,7 +7,6 @@ import android.os.HandlerThread
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.NoAnswerException
-import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.test
 import kotlinx.coroutines.CoroutineStart
 import kotlinx.coroutines.cancelAndJoin
@@ -25,14 +24,12 @@ import org.robolectric.annotation.Config
 import org.robolectric.shadow.api.Shadow
 import java.io.IOException
 import java.util.concurrent.CopyOnWriteArrayList
-import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
-import kotlin.time.Duration.Companion.seconds
 
 @RunWith(RobolectricTestRunner::class)
 @Config(sdk = [29], manifest = Config.NONE, shadows = [FakeNsdManager::class])
@@ -161,7 +158,7 @@ class NsdBrowserTest {
         for (call in listOf("discoverServices", "stopServiceDiscovery", "resolveService")) {
             val networks = CopyOnWriteArrayList<FakeNsdManager>()
             val newManager = { newManager().also { networks += Shadow.extract<FakeNsdManager>(it) } }
-            val browser = NsdBrowser(newManager, { wifi }, 50.milliseconds, PlatformCalls(limit = CALL_LIMIT))
+            val browser = NsdBrowser(newManager, { wifi }, 50.milliseconds, HarshCalls())
             val answer = NeverReturns.hold("NsdManager.$call")
             when (call) {
                 "discoverServices" -> assertFailsWith<NoAnswerException> { browser.receivers().first() }
@@ -178,14 +175,14 @@ class NsdBrowserTest {
 
     @Test
     fun aManagerWhoseConstructorDoesNotReturnIsAFailureAndServesWhenItDoes() = runBlocking {
-        val answer = CountDownLatch(1)
+        val answer = NeverReturns.hold("NsdManager.constructor")
         val newManager = {
-            answer.await()
+            NeverReturns.pass("NsdManager.constructor")
             newManager()
         }
-        val browser = NsdBrowser(newManager, { wifi }, calls = PlatformCalls(limit = CALL_LIMIT))
+        val browser = NsdBrowser(newManager, { wifi }, calls = HarshCalls())
         repeat(2) { assertFailsWith<NoAnswerException> { browser.receivers().first() } }
-        answer.countDown()
+        answer()
         while (runCatching { assertEquals(mapOf(desk), browser.receivers().first()) }.isFailure) yield()
     }
 
@@ -193,7 +190,7 @@ class NsdBrowserTest {
     @Config(shadows = [FakeNsdManager::class, FakeMulticastLock::class])
     fun aLockForMulticastThatIsNotAnsweredKeepsNoSearch() = runBlocking {
         network.appear("desk", "192.168.1.5", 7755)
-        val browser = NsdBrowser({ manager }, { wifi }, calls = PlatformCalls(limit = CALL_LIMIT))
+        val browser = NsdBrowser({ manager }, { wifi }, calls = HarshCalls())
         for (call in listOf("acquire", "release")) {
             val answer = NeverReturns.hold("MulticastLock.$call")
             assertEquals(mapOf(desk), browser.receivers().first())
@@ -239,8 +236,5 @@ class NsdBrowserTest {
 
     private companion object {
         const val THREAD = "NsdManager of this test"
-
-        /** Long enough for calls that return, also on a busy machine. */
-        val CALL_LIMIT = 2.seconds
     }
 }
