@@ -133,7 +133,7 @@ class UnityPairingTest {
         PairingPeer { _, _ -> mayEnd.await() }.use { receiver ->
             probe.unity.pair(receiver.uri)
             probe.unity.close()
-            // What closing waits for may take longer than it waits
+            // Closing goes on beside its caller after a limit
             while (probe.status().pairing.text("state") == "running") Thread.yield()
             val over = probe.status().pairing
             assertEquals("failed" to "it was closed meanwhile", over.text("state") to over.text("reason"))
