@@ -12,9 +12,9 @@ import kotlinx.coroutines.flow.FlowCollector
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.selects.onTimeout
 import kotlinx.coroutines.selects.select
+import kotlin.time.Duration.Companion.nanoseconds
 
 internal const val NANOS_PER_SECOND: Long = 1_000_000_000
-private const val NANOS_PER_MILLISECOND = 1_000_000L
 
 /** The sample times start + tick / rate, in exact integers: errors do not accumulate, and equal rates share all times. */
 internal class SampleTimes(private val startNanos: Long, private val rateHz: Int) {
@@ -58,7 +58,7 @@ internal suspend fun DeviceClock.waitUntil(dueNanos: Long, end: Job): Boolean {
         if (wait <= 0) return true
         select {
             end.onJoin {}
-            onTimeout((wait + NANOS_PER_MILLISECOND - 1) / NANOS_PER_MILLISECOND) {} // rounded down, it would wait twice
+            onTimeout(wait.nanoseconds) {}
         }
     }
     return false
