@@ -29,7 +29,7 @@ internal class GrowingRate(startNanos: Long) {
     }
 
     /** Grows until [nowNanos]. [slowness] returns by which factor more slowly; null if the rate stays. */
-    fun advance(nowNanos: Long, slowness: () -> Int?) {
+    inline fun advance(nowNanos: Long, slowness: () -> Int?) {
         val from = max(advancedNanos, drainedNanos)
         if (nowNanos > from) slowness()?.let { grownNanos += (nowNanos - from) / it }
         advancedNanos = max(advancedNanos, nowNanos)
