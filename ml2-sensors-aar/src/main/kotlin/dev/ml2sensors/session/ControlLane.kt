@@ -27,11 +27,10 @@ import kotlin.time.TimeSource
 
 /** The control connection of a session, with keep-alive and an orderly end. Read by one coroutine, written by any. */
 internal class ControlLane(private val connection: Connection) {
-    @Volatile
-    private var lastReceived: TimeMark = TimeSource.Monotonic.markNow()
+    private val silence = Silence()
 
     @Volatile
-    private var lastSent: TimeMark = lastReceived
+    private var lastSent: TimeMark = TimeSource.Monotonic.markNow()
 
     private val writing = Mutex()
 
@@ -73,7 +72,7 @@ internal class ControlLane(private val connection: Connection) {
         }
         val frame = result.getOrThrow()
         if (frame == null && !byeWritten) throw EOFException("the receiver closed the connection")
-        lastReceived = TimeSource.Monotonic.markNow()
+        silence.end()
         return frame
     }
 
@@ -81,9 +80,9 @@ internal class ControlLane(private val connection: Connection) {
     suspend fun keepAlive(timeouts: Welcome.Timeouts) {
         while (true) {
             delay(TICK)
-            val silence = lastReceived.elapsedNow()
-            if (silence > timeouts.deadSeconds.seconds) {
-                throw ProtocolException(ErrorCode.TIMEOUT, "no frame from the receiver for $silence")
+            val silent = silence.lasted()
+            if (silent > timeouts.deadSeconds.seconds) {
+                throw ProtocolException(ErrorCode.TIMEOUT, "no frame from the receiver for $silent")
             }
             if (lastSent.elapsedNow() >= timeouts.pingSeconds.seconds) write(FrameKind.PING)
         }
