@@ -35,6 +35,17 @@ _PACKAGES = ("ml2_receiver", *(f"ml2_tools.{it}" for it in _TOOLS))
 _one_at_a_time = threading.Lock()
 
 
+class _Written(io.FileIO):
+    """A file each of whose writes is whole."""
+
+    def write(self, data: Any) -> int:
+        """Writes all, also when a standstill of the process ends the wait for a full pipe."""
+        left = memoryview(data)
+        while left:
+            left = left[super().write(left) or 0 :]
+        return len(data)
+
+
 class ForkedPython(subprocess.Popen[str]):
     """`python3 -m MODULE ...` or `python3 FILE ...`; its `args` begin with that Python.
 
@@ -162,7 +173,7 @@ def _become(command: list[str], folder: str, environ: dict[str, str], streams: l
     sys.stdin = os.fdopen(0, closefd=False)
     for number, name in enumerate(("stdout", "stderr"), 1):
         like = getattr(sys, name)
-        file = io.FileIO(number, "w", closefd=False)
+        file = _Written(number, "w", closefd=False)
         text = io.TextIOWrapper(file, like.encoding, like.errors, "\n", write_through=True)
         setattr(sys, name, text)
     os.chdir(folder)

@@ -1,14 +1,19 @@
 """A fork is, to itself and to others, the program that it stands for."""
 
+import array
+import fcntl
 import os
+import signal
 import subprocess
 import sys
+import termios
 from pathlib import Path
 
 import psutil
 import pytest
 
 from forked import ForkedPython
+from waiting import await_true
 
 PROGRAM = """
 import os, sys
@@ -40,3 +45,24 @@ def test_others_see_its_command_line_and_environment(tmp_path: Path, is_module: 
         assert seen.ppid() == os.getpid()
         child.communicate("")
     assert child.returncode == 0
+
+
+def test_a_line_is_whole_whose_writer_stands_still_while_nobody_reads(tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text("print('x' * 1_000_000, flush=True)")
+    with ForkedPython([sys.executable, str(program)], stdout=subprocess.PIPE, text=True) as child:
+        assert child.stdout is not None
+        pipe = child.stdout.fileno()
+        capacity = fcntl.fcntl(pipe, fcntl.F_GETPIPE_SZ)
+        await_true(lambda: unread_bytes(pipe) == capacity)
+        child.send_signal(signal.SIGSTOP)
+        await_true(lambda: psutil.Process(child.pid).status() == psutil.STATUS_STOPPED)
+        child.send_signal(signal.SIGCONT)
+        assert child.stdout.read() == "x" * 1_000_000 + "\n"
+    assert child.returncode == 0
+
+
+def unread_bytes(pipe: int) -> int:
+    count = array.array("i", [0])
+    fcntl.ioctl(pipe, termios.FIONREAD, count)
+    return count[0]
