@@ -10,7 +10,9 @@ from configurations import only
 from ml2_receiver.cli import main
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
+from ml2_receiver.wire.kinds import Kind
 from mock_device import MockDevice
+from repeated import repeated
 from ros_processes import Child
 from terminal import OnTerminal
 from test_pairing_listener import ERROR, PAIR, PAIRED, PairingScene, read, send
@@ -124,7 +126,7 @@ def test_an_interrupt_pairs_nobody(keys: Path) -> None:
 
 def test_on_a_terminal_there_is_what_to_type_and_the_time_left(keys: Path) -> None:
     with OnTerminal("pair", "--keys", str(keys)) as pairing:
-        shown = pairing.await_shown(rb"waiting for the headset, 4:5\d left")
+        shown = pairing.await_shown(rb"waiting for the headset, [45]:\d\d left")
     assert "▀".encode() in shown
     assert b"ml2-receiver headset start --pair -" in shown
     assert b"--pair 'ml2s://" not in shown
@@ -142,9 +144,17 @@ def test_a_running_receiver_lets_in_who_is_paired_and_ends_who_is_not_any_more(
         with MockDevice(address, tls=device.certificate.context()) as headset:
             headset.start()
             headset.publish("battery")
-            main(["unpair", "Magic Leap 2", "--keys", str(keys)])
-            headset.wires["control"].expect_end()
-        receiver.await_error("session ended: the device was unpaired")
+            control = headset.wires["control"]
+
+            def say_ping() -> None:
+                with suppress(OSError):  # the session may just have ended
+                    control.send(Kind.PING)
+
+            # A slow machine takes longer to unpair it than a receiver waits for silent devices.
+            with repeated(say_ping, 0.1):
+                main(["unpair", "Magic Leap 2", "--keys", str(keys)])
+                receiver.await_error("session ended: the device was unpaired")
+            control.expect_end()
         assert receiver.end() == 0
     assert not any("WARNING" in line for line in receiver.errors)
 
