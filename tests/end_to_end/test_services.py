@@ -205,7 +205,7 @@ def test_services_that_are_slow_silent_or_absent_each_have_their_outcome(
                     "TIMEOUT: /robot/silent: "
                 )
             )
-            absent = headset.outcome(headset.ask("absent", 3))
+            absent = headset.outcome(headset.ask("absent"))
             assert absent.startswith("UNAVAILABLE: /robot/absent: ")
 
 
