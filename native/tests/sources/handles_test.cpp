@@ -28,14 +28,14 @@ class Stuck {
   public:
     template <class Action> Stuck(const std::string &function, Action action) {
         scripted::blocking = function;
-        scripted::isBlocked = scripted::isReleased = false;
+        scripted::isBlocked = false;
+        sem_init(&scripted::blocked, 0, 0);
+        sem_init(&scripted::released, 0, 0);
         thread_ = std::thread(action);
-        while (!scripted::isBlocked) {
-            std::this_thread::yield();
-        }
+        sem_wait(&scripted::blocked);
     }
     ~Stuck() {
-        scripted::isReleased = true;
+        sem_post(&scripted::released);
         thread_.join();
         scripted::blocking.clear();
     }

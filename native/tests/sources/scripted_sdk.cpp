@@ -1,7 +1,6 @@
 #include "scripted_sdk.h"
 
 #include <algorithm>
-#include <thread>
 
 using scripted::script;
 
@@ -10,7 +9,8 @@ namespace scripted {
 Script script;
 std::string blocking;
 std::atomic<bool> isBlocked{false};
-std::atomic<bool> isReleased{false};
+sem_t blocked;
+sem_t released;
 
 int Script::countOf(const std::string &function) const {
     return static_cast<int>(std::count(calls.begin(), calls.end(), function));
@@ -26,9 +26,8 @@ MLResult answer(const char *function) {
     script.calls.emplace_back(function);
     // Only the first thread: the next one finds a library that works
     if (scripted::blocking == function && !scripted::isBlocked.exchange(true)) {
-        while (!scripted::isReleased) {
-            std::this_thread::yield();
-        }
+        sem_post(&scripted::blocked);
+        sem_wait(&scripted::released);
     }
     const auto found = script.results.find(function);
     return found == script.results.end() ? MLResult_Ok : found->second;

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <map>
+#include <semaphore.h>
 #include <string>
 #include <vector>
 
@@ -48,9 +49,11 @@ extern Script script;
 
 /** A function that does not return, while this is not "". Set while nothing is called. */
 extern std::string blocking;
-/** True while a thread is in the function that does not return. */
+/** True once a thread is in the function that does not return; the next one returns. */
 extern std::atomic<bool> isBlocked;
-/** Lets it return. */
-extern std::atomic<bool> isReleased;
+/** Posted with it. */
+extern sem_t blocked;
+/** Lets it return when posted. */
+extern sem_t released;
 
 } // namespace scripted
