@@ -37,16 +37,6 @@ constexpr Size kCameraSizes[] = {{640, 480, 60},   {1280, 720, 60},  {1280, 960,
 constexpr Size kMixedSizes[] = {{648, 720, 60}, {972, 1080, 60},  {1944, 2160, 30},
                                 {960, 720, 60}, {1440, 1080, 60}, {2880, 2160, 30}};
 
-bool isOffered(const ml2sim_color_request &request) {
-    const bool isRate = request.rate_hz == 15 || request.rate_hz == 30 || request.rate_hz == 60;
-    const auto fits = [&](const Size &size) {
-        return size.width == request.width && size.height == request.height && request.rate_hz <= size.most_hz;
-    };
-    if (request.with_hologram != 0)
-        return isRate && request.rate_hz != 15 && std::any_of(std::begin(kMixedSizes), std::end(kMixedSizes), fits);
-    return isRate && std::any_of(std::begin(kCameraSizes), std::end(kCameraSizes), fits);
-}
-
 /** A cached frame: its size, then the JPEG. */
 using JpegBytes = uint32_t;
 /** Noise of the largest deviation takes 1.2 bytes for a pixel. */
@@ -141,6 +131,16 @@ void writeIntrinsics(const PlumbBob &lens, float out[12]) {
 
 } // namespace
 
+bool isColorOffered(const ml2sim_color_request &request) {
+    const bool isRate = request.rate_hz == 15 || request.rate_hz == 30 || request.rate_hz == 60;
+    const auto fits = [&](const Size &size) {
+        return size.width == request.width && size.height == request.height && request.rate_hz <= size.most_hz;
+    };
+    if (request.with_hologram != 0)
+        return isRate && request.rate_hz != 15 && std::any_of(std::begin(kMixedSizes), std::end(kMixedSizes), fits);
+    return isRate && std::any_of(std::begin(kCameraSizes), std::end(kCameraSizes), fits);
+}
+
 RenderPlan colorRenderPlan(const ml2sim_color_request &request) { return renderPlan(request); }
 
 } // namespace ml2sim
@@ -152,7 +152,7 @@ void ml2sim_color_pixels(const uint8_t *jpeg, uint32_t jpeg_bytes, uint8_t *nv21
 }
 
 int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos, ml2sim_color_frame *out) {
-    if (!isOffered(*request))
+    if (!isColorOffered(*request))
         return -1;
     const uint32_t rate_hz = request->rate_hz;
     auto &mode = modeOf(*request);

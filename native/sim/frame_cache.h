@@ -56,6 +56,9 @@ class FrameCache {
     /** Returns a frame, rendered now if it was not before; read-only and valid for the life of the cache. */
     const uint8_t *frame(size_t index);
 
+    /** Returns true unless a frame is in memory alone, or there is no folder. */
+    bool isInFolder() const { return shared_ != nullptr && own_ == nullptr; }
+
   private:
     const uint8_t *find(size_t index) const;
     void drawHere(size_t index);

@@ -74,6 +74,24 @@ ML2SIM_API void ml2sim_get_counters(ml2sim_counters *out);
  */
 ML2SIM_API uint64_t ml2sim_captures_left_out(void);
 
+/** The images that a camera shows in one mode. A member that its kind of camera has not is not read. */
+typedef struct ml2sim_images {
+    const char *camera; /**< world_left and so on, eye_temple_left and so on, color, mixed_reality, depth_long or
+                             depth_short. */
+    uint32_t width;     /**< In pixels, as height: for color and mixed_reality. */
+    uint32_t height;
+    uint32_t rate_hz;      /**< For color, mixed_reality and depth. */
+    uint32_t low_exposure; /**< For world cameras, 1 for images of low exposure. */
+    uint32_t depth_planes; /**< For depth, MLDepthCameraFlags. */
+} ml2sim_images;
+
+/**
+ * Renders all images of a camera that are not yet in the folder of the key `cache`, in the calling thread, so that
+ * cameras of later processes leave out no captures. It takes some 30 ms for each. Returns 0; 1 if there is no folder,
+ * or no room in it, and then ends early; -1 if the device has no such mode.
+ */
+ML2SIM_API int32_t ml2sim_draw(const ml2sim_images *images);
+
 ML2SIM_API int64_t ml2sim_now_mltime(void);
 ML2SIM_API int64_t ml2sim_now_boottime(void);
 ML2SIM_API int64_t ml2sim_mltime_of_boottime(int64_t boottime_nanos);

@@ -20,6 +20,9 @@ RenderPlan depthRenderPlan(const DepthChoice &choice);
 
 RenderPlan eyeRenderPlan(EyeCamera camera);
 
+/** Returns true if the colour camera has the size, rate and mode. */
+bool isColorOffered(const ml2sim_color_request &request);
+
 /** A frame has the size of its JPEG in four bytes, then the JPEG. */
 RenderPlan colorRenderPlan(const ml2sim_color_request &request);
 

@@ -55,7 +55,7 @@ def _stream(folder: Path, duration_s: float) -> dict[str, Any]:
     config = folder / "compressed.yaml"
     config.write_text(compressed_config())
     logs = RESULTS / "codecs_run"
-    draw_images(config, NOISY, logs)
+    draw_images(config, NOISY)
     mapped = record_frame_memory(folder)
     (loaded,) = load_run(config, logs, duration_s, headset_options=NOISY)
     memory = read_frame_memory(mapped)

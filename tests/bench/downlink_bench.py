@@ -100,7 +100,7 @@ def main(duration_s: float) -> None:
         config = folder / "config.yaml"
         logs.mkdir(parents=True, exist_ok=True)
         config.write_text(_config())
-        draw_images(config, (), logs)
+        draw_images(config, ())
         keys = paired(folder)
         command = receive_command(config, "127.0.0.1:0", security=keys)
         receiver = stack.enter_context(process(command, dict(os.environ), logs / "receiver.log"))

@@ -40,7 +40,7 @@ def main(duration_s: float) -> None:
         logs = RESULTS / "full_load"
         raw = folder / "raw.yaml"
         raw.write_text(raw_config())
-        draw_images(raw, (), logs)
+        draw_images(raw, ())
         (loaded,) = load_run(raw, logs, duration_s)
         _write("full_load", _summary(loaded))
         (loaded,) = load_run(raw, logs, duration_s, security=paired(folder))
@@ -51,7 +51,7 @@ def main(duration_s: float) -> None:
         _write("full_load_recorded", _summary(loaded) | {"recorded_mb_per_s": rate})
         config = folder / "one_camera.yaml"
         config.write_text(ONE_CAMERA)
-        draw_images(config, STILL, logs)
+        draw_images(config, STILL)
         each = load_run(config, logs, duration_s / 4, NAMES, headset_options=STILL)
         results = {name: _summary(it) for name, it in zip(NAMES, each, strict=True)}
         _write("four_headsets", results)

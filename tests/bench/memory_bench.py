@@ -39,7 +39,7 @@ def main(duration_s: float) -> None:
     with tempfile.TemporaryDirectory(prefix="ml2_memory") as name:
         config = Path(name) / "everything.yaml"
         config.write_text(re.sub(r"(confidence|flags): false", r"\1: true", raw_config()))
-        draw_images(config, (), logs)
+        draw_images(config, ())
         mapped = record_frame_memory(Path(name))
         os.environ["JAVA_TOOL_OPTIONS"] = _JAVA_OPTIONS
         (loaded,) = load_run(config, logs, duration_s)

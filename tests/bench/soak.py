@@ -20,7 +20,7 @@ def main(duration_s: float) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     config = folder / "config.yaml"
     config.write_text(raw_config())
-    draw_images(config, (), folder)
+    draw_images(config, ())
     (loaded,) = load_run(config, folder, duration_s)
     results = {
         "duration_s": loaded.duration_s,

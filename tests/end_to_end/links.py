@@ -89,11 +89,11 @@ def measure(run: Run, duration_s: float) -> dict[str, Any]:
     folder.mkdir(parents=True, exist_ok=True)
     config = folder / "config.yaml"
     config.write_text(run.config)
-    draw_images(config, run.options, folder)
+    draw_images(config, run.options)
     row = _measured(run, config, folder, duration_s)
     if left_out(folder / "one" / "headset.log"):
         drawing.forget(config, run.options)
-        draw_images(config, run.options, folder)
+        draw_images(config, run.options)
         row = _measured(run, config, folder, duration_s)
     return row
 

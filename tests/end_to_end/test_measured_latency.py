@@ -61,7 +61,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
     folder = tmp_path_factory.mktemp("latency")
     config = folder / "everything.yaml"
     config.write_text(raw_config(picture_center=SMALL))
-    draw_images(config, (), folder)
+    draw_images(config, ())
     environment = isolated_environment()
     with ExitStack() as stack:
         start = stack.enter_context

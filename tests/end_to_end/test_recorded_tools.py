@@ -36,7 +36,7 @@ def config(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def bag(config: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording of a walk with more than _IMAGES of each camera, made without ROS."""
     folder = tmp_path_factory.mktemp("recording")
-    draw_images(config, (), folder)
+    draw_images(config, ())
     return recorded_walk(config, folder, has_images)
 
 

@@ -154,7 +154,7 @@ def test_what_a_thin_link_leaves_of_a_video_can_be_decoded(tmp_path: Path) -> No
         pytest.skip(reason)
     (tmp_path / "config.yaml").write_text(THIN)
     noisy = ("--simulate", "image_noise=4")
-    draw_images(tmp_path / "config.yaml", noisy, tmp_path)
+    draw_images(tmp_path / "config.yaml", noisy)
     record: list[str | Path] = [RECEIVER, "record", tmp_path / "walk", "--no-ros", "--insecure"]
     record += ["--config", tmp_path / "config.yaml"]
     environment = isolated_environment()
