@@ -7,11 +7,11 @@ constexpr int kSmallest = 4; ///< Texels across the last level, at least.
 
 Float3 narrow(Vec3 v) { return {float(v.x), float(v.y), float(v.z)}; }
 
-uint32_t byte(float value) { return uint32_t(std::clamp(value * 255 + 0.5f, 0.0f, 255.0f)); }
+uint32_t channel(float value) { return uint32_t(std::clamp(value * 255 + 0.5f, 0.0f, 255.0f)); }
 
 uint32_t packed(Rgb c) {
     const float luma = 0.299f * c.r + 0.587f * c.g + 0.114f * c.b;
-    return byte(c.r) | byte(c.g) << 8 | byte(c.b) << 16 | byte(luma) << 24;
+    return channel(c.r) | channel(c.g) << 8 | channel(c.b) << 16 | channel(luma) << 24;
 }
 
 Canvas halved(Canvas &fine) {
