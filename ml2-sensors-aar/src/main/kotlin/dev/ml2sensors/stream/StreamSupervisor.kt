@@ -83,7 +83,10 @@ internal class StreamSupervisor(
         }
     }
 
-    /** Runs [collect], and fails when no sample comes for longer than [longestPause]. */
+    /**
+     * Runs [collect], and fails when no sample comes for longer than [longestPause], which begins anew after a
+     * standstill of this process.
+     */
     private suspend fun watched(collect: suspend () -> Unit) {
         val pause = longestPause ?: return collect()
         alive = time.markNow() + OPENING
@@ -92,7 +95,10 @@ internal class StreamSupervisor(
                 while (true) {
                     val left = pause - alive.elapsedNow()
                     if (left > Duration.ZERO) {
+                        val end = time.markNow() + left
                         delay(left)
+                        // This process stood still, and the source has not been heard since
+                        if (end.elapsedNow() > LATE) alive = time.markNow()
                     } else if (isHeld()) {
                         alive = time.markNow()
                     } else {
@@ -157,6 +163,9 @@ internal class StreamSupervisor(
 
         private val SHORTEST = 200.milliseconds
         private val LONGEST = 5.seconds
+
+        /** A busy headset ends a wait so late. */
+        private val LATE = 500.milliseconds
 
         /** A camera of the platform may take seconds to open. */
         private val OPENING = 6.seconds

@@ -29,10 +29,12 @@ import java.io.IOException
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
+import kotlin.time.AbstractLongTimeSource
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.Duration.Companion.minutes
 import kotlin.time.Duration.Companion.seconds
+import kotlin.time.DurationUnit
 
 /** In virtual time. */
 @OptIn(ExperimentalCoroutinesApi::class)
@@ -43,6 +45,7 @@ class StreamSupervisorTest {
     private var isHeld = false
     private var sleepReason: String? = null
     private var isFuture = false
+    private var stoodStill = Duration.ZERO
 
     @Test
     fun aSourceThatFailsOnceComesBack() = runTest {
@@ -161,6 +164,31 @@ class StreamSupervisorTest {
     }
 
     @Test
+    fun aStandstillOfTheHeadsetIsNoSilenceOfASource() = runTest {
+        supervise(PAUSE) { emitEvery(300.milliseconds) }
+        repeat(10) {
+            advanceTimeBy(20.seconds)
+            stoodStill += 10.seconds
+        }
+        assertEquals(emptyList(), told)
+        assertEquals(1, begins.size)
+    }
+
+    @Test
+    fun aSourceThatIsSilentAfterAStandstillIsTold() = runTest {
+        supervise(PAUSE) {
+            emit(SAMPLE)
+            awaitCancellation()
+        }
+        advanceTimeBy(2.seconds)
+        stoodStill += 10.seconds
+        advanceTimeBy(PAUSE * 2 - 2.seconds)
+        assertEquals(emptyList(), told)
+        runCurrent()
+        assertEquals<StreamState?>(StreamState.Waiting("no capture for 4 s"), told.first())
+    }
+
+    @Test
     fun theFirstSampleMayTakeLonger() = runTest {
         supervise(PAUSE) {
             delay(PAUSE + 5.seconds)
@@ -271,7 +299,9 @@ class StreamSupervisorTest {
             begins += currentTime.milliseconds
             source(begins.size)
         }
-        val time = testScheduler.timeSource
+        val time = object : AbstractLongTimeSource(DurationUnit.MILLISECONDS) {
+            override fun read() = currentTime + stoodStill.inWholeMilliseconds
+        }
         StreamSupervisor(longestPause, { isHeld }, { sleepReason }, time, { isFuture }) { told += it }
             .run(::open) { samples -> samples.collect { process(it) } }
     }
