@@ -32,8 +32,8 @@ internal class LinkState(
  *   much as the present one. Where the pacing allows none, a little more is tried: only images that wait show what a link
  *   carries.
  * - A step up after which images are dropped again, though the link carries what it did before, is taken back, as far as
- *   what the link delivered needs. For a minute, then for twice as long each time, to 4 min, no more is tried than what
- *   the link then delivered, unless the pacing allows much more than it did.
+ *   [MISTAKE_TARGET] of what the link delivered needs. For a minute, then for twice as long each time, to 4 min, no more
+ *   than that is tried, unless the pacing allows much more than it did.
  *
  * Times are of one monotonic clock, in ns. Not thread-safe.
  */
@@ -100,9 +100,11 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     private fun lower(nowNanos: Long): Int {
         val delivered = deliveries.bytesPerSecond() ?: return level
         if (!deliveries.hasDrops) return level
-        val target = maxOf(DOWN_TARGET * delivered, needed(level) / DEEPEST_STEP)
+        val before = takenBack(delivered, nowNanos)
+        val part = if (before == null) DOWN_TARGET else MISTAKE_TARGET
+        val target = maxOf(part * delivered, needed(level) / DEEPEST_STEP)
         val fitting = (level + 1..steps.size).firstOrNull { needed(it) <= target } ?: steps.size
-        return takenBack(delivered, nowNanos)?.let { minOf(it, fitting) } ?: fitting
+        return minOf(before ?: fitting, fitting)
     }
 
     /** Returns the level before a recent step up that was a mistake; null if there was none. */
@@ -145,7 +147,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         val doublings = maxOf(0, mistakes - 1)
         val isBetter = allowed > BETTER_LINK * (1 shl doublings) * maxOf(mistake.carried, mistake.allowed)
         val isOver = nowNanos - mistake.atNanos > LONG_PATIENCE_NANOS shl doublings
-        return if (isBetter || isOver) Double.POSITIVE_INFINITY else DOWN_TARGET * mistake.carried
+        return if (isBetter || isOver) Double.POSITIVE_INFINITY else MISTAKE_TARGET * mistake.carried
     }
 
     /** Returns what all images need at a level, in B/s. */
@@ -176,7 +178,10 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         const val BETTER_LINK = 1.5
 
         /** The pacing goes down to 0.85 of the link's rate for moments, which the queues of images bridge. */
-        const val DOWN_TARGET = 0.9
+        const val DOWN_TARGET = 0.95
+
+        /** After a mistake: the size of the images varies, and a level that just fits would be a mistake again. */
+        const val MISTAKE_TARGET = 0.9
         const val UP_TARGET = 0.8
         const val DEEPEST_STEP = 3
         const val HIGHEST_STEP = 3

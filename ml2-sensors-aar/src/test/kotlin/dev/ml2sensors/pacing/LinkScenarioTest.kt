@@ -38,20 +38,21 @@ class LinkScenarioTest {
     @Test
     fun adaptedCamerasUseMostOfALinkInFewSteps() {
         val links = listOf(45.0, 70.0, 100.0, 140.0, 180.0).flatMap { mbit -> listOf(0, 20, 60).map { mbit to it } }
-        for ((mbit, roundTripMillis) in links - (45.0 to 60)) {
+        for ((mbit, roundTripMillis) in links) {
             val steps = (1..10).map { seed ->
                 val cameras = AdaptedCameras(seed)
                 val result = VirtualLink(roundTripMillis, queueMillis = 50, cameras = cameras) { mbit }.play("auto")
                 played += result
                 val unused = (1 - result.use) * (mbit - VirtualLink.SENSORS_MBIT)
-                assertTrue(unused < 0.25 * mbit, "seed $seed, $result: use")
+                assertTrue(unused < 0.24 * mbit, "seed $seed, $result: use")
                 assertTrue(cameras.leastHz >= 5, "seed $seed, $result: ${cameras.leastHz} Hz")
                 assertTrue(result.delayP99Millis < if (roundTripMillis < 60) 15 else 25, "seed $seed, $result: delay")
                 cameras.steps(afterSecond = VirtualLink.SETTLED_SECOND)
             }
             // A long path is known later
-            val most = if (roundTripMillis < 60 || mbit < 140) 4 else 5
-            assertTrue(steps.all { it <= most }, "$mbit Mbit/s, $roundTripMillis ms: $steps steps")
+            val most = 4 + roundTripMillis / 20.0
+            val isFew = steps.average() <= 4 && steps.all { it <= most }
+            assertTrue(isFew, "$mbit Mbit/s, $roundTripMillis ms: $steps steps")
         }
     }
 
