@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     from ..ros.graph import RosGraph
     from ..ros.node import RosNode
 
+# The thread of the inertial samples asks for the interpreter several times for each of them. Other
+# threads, such as that of /diagnostics, would keep it for 5 ms each time.
+_SWITCH_S = 0.0005
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """--config, --listen, --keys and what goes to ROS."""
@@ -179,6 +183,7 @@ def new_server(
 @contextmanager
 def running(server: Server, port: SessionPort) -> Iterator[None]:
     """Headsets can connect until left."""
+    sys.setswitchinterval(_SWITCH_S)
     server.start()
     try:
         yield

@@ -42,9 +42,10 @@ class Latency:
     def of(cls, latencies_ms: NDArray[np.float64]) -> Self:
         """Returns the latency of at least one message, in order of arrival.
 
-        The percentiles are interpolated.
+        The percentiles are interpolated, as np.percentile does, which takes three times as long.
         """
-        p50_ms, p99_ms = np.percentile(latencies_ms, (50, 99))
+        ranks = np.linspace(0, 100, len(latencies_ms))
+        p50_ms, p99_ms = np.interp((50, 99), ranks, np.sort(latencies_ms))
         jitter_ms = np.abs(np.diff(latencies_ms)).mean() if len(latencies_ms) > 1 else 0.0
         return cls(float(p50_ms), float(p99_ms), float(jitter_ms))
 
@@ -117,7 +118,8 @@ class TopicStatistics:
         Messages are counted from 0 in order of arrival. Each row is a message; the columns are
         capture, send, received and published, in ns of ROS time.
         """
-        return self._times[np.arange(max(first, end - _WINDOW), end) % _RING]
+        numbers = np.arange(max(first, end - _WINDOW), end)
+        return self._times.take(numbers, axis=0, mode="wrap")
 
     def latency(self) -> Latency | None:
         """Returns the time from capture to arrival of the last 512 messages; None before any."""
