@@ -86,6 +86,18 @@ def test_a_receiver_that_stood_still_first_hears_what_came_meanwhile(scene: Scen
     assert scene.error(scene.control) == "timeout"
 
 
+def test_what_came_before_the_first_tick_after_a_standstill_does_not_count_twice(
+    scene: Scene,
+) -> None:
+    scene.pass_time(1.0)
+    scene.now_s += 60.0
+    scene.receive(scene.control, Kind.PING)
+    scene.stand_still(0.1)
+    assert scene.is_connected()
+    scene.pass_time(Limits().dead_s + 0.1)
+    assert scene.error(scene.control) == "timeout"
+
+
 def test_silence_on_control_ends_a_session(scene: Scene) -> None:
     scene.pass_time(2.9)
     scene.receive(scene.lanes["sensors"], 200)

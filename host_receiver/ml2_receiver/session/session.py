@@ -223,7 +223,7 @@ class Session:
 
     def tick(self, now_s: float, stood_still_s: float) -> None:
         """Checks the time-outs but for `stood_still_s`, and sends PING if it is due."""
-        self._last_received_s += stood_still_s
+        self._last_received_s = min(now_s, self._last_received_s + stood_still_s)
         if self.state is not State.CONNECTED:
             return
         limits = self._settings.limits
