@@ -241,22 +241,32 @@ def any_frame(chance: random.Random, number: int) -> Frame:
 
 # Messages on their way to the app
 
+# A message of so many bytes is written without others.
+ALONE = 20_000
+
 
 class Lane:
-    """A lane on which frames are written in the test's own thread, until it is broken."""
+    """A lane on which frames are written in the test's own thread, until it is broken.
+
+    Attributes:
+        numbers: opening and number of each.
+        together: how many each call had.
+    """
 
     def __init__(self, downlink: Downlink, name: str = "ros") -> None:
         self._downlink = downlink
         (self._lane,) = (it for it in ROS_LANES if it.name == name)
         self.numbers: list[tuple[int, int]] = []
+        self.together: list[int] = []
         self.is_broken = False
 
     def send_all(self, pieces: Pieces) -> None:
         if self.is_broken:
             raise ConnectionResetError
         data = memoryview(b"".join(pieces))
-        (parsed,) = FrameParser(Side.RECEIVER, self._lane, has_openings=True).feed(data)
-        self.numbers.append((parsed.header.channel, parsed.header.sequence))
+        frames = list(FrameParser(Side.RECEIVER, self._lane, has_openings=True).feed(data))
+        self.numbers += [(it.header.channel, it.header.sequence) for it in frames]
+        self.together.append(len(frames))
 
     def write(self, count: int) -> list[tuple[int, int]]:
         """Writes so many messages; returns their openings and numbers."""
@@ -264,7 +274,7 @@ class Lane:
 
         def send_all(pieces: Pieces) -> None:
             self.send_all(pieces)
-            if len(self.numbers) == first + count:
+            if len(self.numbers) >= first + count:
                 self._downlink.stop()
 
         self._downlink.is_over = False
@@ -307,12 +317,23 @@ def test_the_newest_message_takes_the_place_of_an_older_one(downlink: Downlink) 
 
 def test_openings_take_turns_whatever_comes_meanwhile(downlink: Downlink) -> None:
     busy, latest = queue_of(downlink, keep="all", depth=100), queue_of(downlink, 2, "/latest")
-    put(busy, 100)
+    put(busy, 100, ALONE)
     put(latest, 1)
     lane = Lane(downlink)
     assert lane.write(1) == [(1, 0)]
     put(latest, 50)
     assert lane.write(2) == [(2, 50), (1, 1)]
+
+
+def test_small_messages_that_wait_are_written_together_in_turn(downlink: Downlink) -> None:
+    first, second = (queue_of(downlink, id, f"/{id}", keep="all") for id in (1, 2))
+    put(first, 3, 5000)
+    put(second, 1, 5000)
+    put(first, 1, 50_000)
+    lane = Lane(downlink)
+    assert lane.write(5) == [(1, 0), (2, 0), (1, 1), (1, 2), (1, 3)]
+    assert lane.together == [3, 1, 1]
+    assert balance(first.book) == {"sent": 4}
 
 
 def test_a_message_above_64_kib_is_too_large_and_leaves_a_gap(downlink: Downlink) -> None:
@@ -407,7 +428,7 @@ def test_messages_beyond_max_hz_have_no_number(
 
 def test_what_waits_when_a_session_ends_is_lost_with_the_link(downlink: Downlink) -> None:
     queue = queue_of(downlink, keep="all")
-    put(queue, 3)
+    put(queue, 3, ALONE)
     Lane(downlink).write(1)
     downlink.close(1, "link_down")
     put(queue, 1)
@@ -417,10 +438,13 @@ def test_what_waits_when_a_session_ends_is_lost_with_the_link(downlink: Downlink
 
 def test_a_message_that_cannot_be_written_is_lost_with_the_link(downlink: Downlink) -> None:
     queue, lane = queue_of(downlink, keep="all"), Lane(downlink)
+    put(queue, 1, ALONE)
     put(queue, 2)
     lane.is_broken = True
     assert lane.write(1) == []
-    assert balance(queue.book) == {"waiting": 1, "link_down": 1}
+    assert balance(queue.book) == {"waiting": 2, "link_down": 1}
+    assert lane.write(1) == []
+    assert balance(queue.book) == {"link_down": 3}
 
 
 def test_numbers_go_on_in_the_next_session_and_what_never_arrived_is_lost() -> None:

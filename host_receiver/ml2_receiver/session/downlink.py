@@ -1,5 +1,6 @@
 """Messages of ROS on their way to the headset: queues, and what writes them."""
 
+import itertools
 import threading
 import time
 from collections import deque
@@ -16,8 +17,14 @@ from .subscription_queue import Message, Pieces, SubscriptionQueue
 
 # Maximum bytes in all queues of a session together: on `ros`, and on the lanes `bulk_N`.
 _MOST_WAITING_BYTES = {True: 16 << 20, False: 64 << 20}
+# Messages on `ros` that wait are written together up to so much: each call of the transport waits
+# for the interpreter, and makes a record of TLS.
+_TOGETHER_BYTES = 16 << 10
 # Maximum messages of an opening, and bytes of a session, that the app has not taken.
 _MOST_UNTAKEN, _MOST_UNTAKEN_BYTES = 2, 128 << 20
+
+
+type _Taken = tuple[SubscriptionQueue, Message]
 
 
 class _Ahead(NamedTuple):
@@ -197,17 +204,19 @@ class Downlink:
             if isinstance(taken, _Ahead):
                 self._send_ahead(taken, send_all)
                 continue
-            queue, message = taken
             if lane is not ROS:
-                self.sending(queue.id, message.number)
+                for queue, message in taken:
+                    self.sending(queue.id, message.number)
             try:
-                send_all(message.pieces(queue.id))
+                send_all(_pieces(taken))
             except OSError:  # which the reader of the lane notices
                 with self._lock:
-                    queue.book.dropped["link_down"] += 1
+                    for queue, _ in taken:
+                        queue.book.dropped["link_down"] += 1
                 return
             with self._lock:
-                queue.book.wrote(message.number)
+                for queue, message in taken:
+                    queue.book.wrote(message.number)
 
     def _send_ahead(self, frame: _Ahead, send_all: Callable[[Pieces], None]) -> None:
         kind, body, header = frame
@@ -215,25 +224,41 @@ class Downlink:
             with suppress(OSError):  # which the reader of the lane notices
                 send_all([encode_frame(kind, body, **header, send_ns=time.time_ns())])
 
-    def _take(self, lane: Lane) -> tuple[SubscriptionQueue, Message] | _Ahead | None:
+    def _take(self, lane: Lane) -> list[_Taken] | _Ahead | None:
         turns = self._turns[lane.name]
         with self._lock:
             while not self.is_over:
                 if lane is ROS and self._ahead:
                     return self._ahead.popleft()
-                for queue in list(turns):
-                    turns.popleft()
-                    if not queue.waiting:
-                        continue
-                    message = queue.waiting[0]
-                    if lane is ROS or self._has_credit(queue.id, message):
-                        self._pop(queue)
-                        if queue.waiting:
-                            turns.append(queue)
-                        return queue, message
-                    turns.append(queue)
+                if taken := self._take_small(turns) if lane is ROS else self._take_large(turns):
+                    return taken
                 turns.changed.wait()
             return None
+
+    def _take_small(self, turns: _Turns) -> list[_Taken]:
+        taken: list[_Taken] = []
+        room = _TOGETHER_BYTES
+        while turns:
+            queue = turns[0]
+            room -= len(queue.waiting[0].payload) if queue.waiting else 0
+            if taken and room < 0:
+                break
+            turns.popleft()
+            if queue.waiting:
+                taken.append((queue, self._pop(queue)))
+            if queue.waiting:
+                turns.append(queue)
+        return taken
+
+    def _take_large(self, turns: _Turns) -> list[_Taken]:
+        for queue in list(turns):
+            turns.popleft()
+            if not queue.waiting:
+                continue
+            turns.append(queue)
+            if self._has_credit(queue.id, queue.waiting[0]):
+                return [(queue, self._pop(queue))]
+        return []
 
     def _has_credit(self, id: int, message: Message) -> bool:
         """Takes note of the message if it may be sent now."""
@@ -244,3 +269,8 @@ class Downlink:
             return False
         untaken.append((message.number, length))
         return True
+
+
+def _pieces(taken: list[_Taken]) -> Pieces:
+    frames = [message.pieces(queue.id) for queue, message in taken]
+    return frames[0] if len(frames) == 1 else [b"".join(itertools.chain(*frames))]
