@@ -23,7 +23,6 @@ _TOGETHER_BYTES = 16 << 10
 # Maximum messages of an opening, and bytes of a session, that the app has not taken.
 _MOST_UNTAKEN, _MOST_UNTAKEN_BYTES = 2, 128 << 20
 
-
 type _Taken = tuple[SubscriptionQueue, Message]
 
 
@@ -239,13 +238,14 @@ class Downlink:
         taken: list[_Taken] = []
         room = _TOGETHER_BYTES
         while turns:
-            queue = turns[0]
-            room -= len(queue.waiting[0].payload) if queue.waiting else 0
+            queue = turns.popleft()
+            if not queue.waiting:
+                continue
+            room -= len(queue.waiting[0].payload)
             if taken and room < 0:
+                turns.appendleft(queue)
                 break
-            turns.popleft()
-            if queue.waiting:
-                taken.append((queue, self._pop(queue)))
+            taken.append((queue, self._pop(queue)))
             if queue.waiting:
                 turns.append(queue)
         return taken
