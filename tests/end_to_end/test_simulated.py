@@ -262,5 +262,8 @@ def test_ctrl_c_ends_a_headset_that_was_started_to_ignore_it(tmp_path: Path) -> 
 def test_stamps_of_200_hz_are_5_ms_apart(received: Received) -> None:
     steps = np.diff(stamps_ns(received, "gyro_left/imu"))
     periods = np.round(steps / 5e6)  # above 1 if a busy machine dropped some
-    slewed = periods * 5e6 * 500e-6 + 1
-    assert (np.abs(steps - periods * 5e6) <= slewed).all()
+    # On a busy machine the estimated skew may be wrong by all that is allowed, like the slew.
+    slewed = periods * 5e6 * (500e-6 + 500e-6) + 1
+    withheld = received.counters(f"{PREFIX}/gyro_left/imu").get("dropped.clock_step", "0")
+    jumps = int(received.snapshot["clock"]["epoch"]) + int(withheld)
+    assert np.count_nonzero(np.abs(steps - periods * 5e6) > slewed) <= jumps
