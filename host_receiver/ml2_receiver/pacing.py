@@ -7,7 +7,9 @@ from collections.abc import Callable
 from math import inf
 from typing import Protocol
 
-_POLL_S = 0.0005
+# The shortest wait for acknowledgements, and the longest wait for anything. Each thread that wakes
+# takes the interpreter from those that publish samples.
+_POLL_S, _MOST_WAIT_S = 0.0005, 0.002
 # The queue that large messages may have in the link: images of the headset, whose acknowledgements
 # come back behind them, take 6 ms for a queue of their own. TCP acknowledges every second segment,
 # and a single one 40 ms late. So a slow link needs more, almost two jumbo segments.
@@ -19,15 +21,19 @@ _SPACING_GAIN, _BURST_S = 1.25, 0.003
 # Images come in bursts, 30 times a second: a shorter time has none, in which the link seems free.
 _MEAN_S = 0.07
 _WINDOW_S, _INTERVAL_S, _REST_S, _LONG_REST_S = 0.2, 0.002, 0.02, 1.0
+_ROUND_TRIP_S = 0.1
 # If both directions share a link, some of the uplink's queue is that of large messages.
 _UPLINK_PART, _MOST_UPLINK_S, _UPLINK_WEIGHT, _LEAST_OF_S = 0.8, 0.02, 0.25, 5.0
 
 
-class SendQueue(Protocol):
-    """The bytes of a connection that the kernel keeps until the peer acknowledges them."""
+class PacedConnection(Protocol):
+    """A connection that carries large messages."""
+
+    def send_all(self, data: bytes | memoryview) -> None:
+        """Hands all of `data` to the kernel."""
 
     def unacknowledged(self) -> int:
-        """Returns their number; 0 when the connection is closed."""
+        """Returns the bytes that the peer has not acknowledged; 0 when it is closed."""
 
     def least_round_trip_s(self) -> float:
         """Returns the least round trip of the connection."""
@@ -54,7 +60,8 @@ class Pacing:
     ) -> None:
         self._is_over, self._now_s, self._sleep = is_over, now_s, sleep
         self._turn, self._lock = threading.Lock(), threading.Lock()
-        self._queues: list[SendQueue] = []
+        self._sending: set[PacedConnection] = set()  # those with bytes under way
+        self._least_round_trip_s, self._round_trip_known_s = 0.0, -inf
         self._granted = self._written = 0
         self._slice_bytes = _LEAST_SLICE_BYTES
         self._rate = 0.0  # in B/s; 0 before it is known
@@ -65,25 +72,23 @@ class Pacing:
         self._totals: deque[tuple[float, int]] = deque()
         self._rates: deque[tuple[float, float]] = deque()
 
-    def add(self, queue: SendQueue) -> None:
-        """Paces one more connection."""
-        with self._lock:
-            self._queues.append(queue)
-
-    def send(self, data: bytes | memoryview, send_all: Callable[[memoryview], None]) -> None:
+    def send(self, data: bytes | memoryview, connection: PacedConnection) -> None:
         """Sends data in slices."""
         view = memoryview(data)
         while view:
             piece = view[: self._slice_bytes]
-            self.wait(len(piece))
+            self._wait(len(piece))
             try:
-                send_all(piece)
+                connection.send_all(piece)
             finally:
-                self.written(len(piece))
+                with self._lock:
+                    self._granted -= len(piece)
+                    self._written += len(piece)
+                    self._sending.add(connection)
             view = view[len(piece) :]
 
-    def wait(self, length: int) -> None:
-        """Waits until a slice may be written; call written() afterwards."""
+    def _wait(self, length: int) -> None:
+        """Waits until a slice may be written."""
         with self._turn:
             while (wait_s := self._wait_s(length)) > 0 and not self._is_over():
                 self._sleep(wait_s)
@@ -93,12 +98,6 @@ class Pacing:
                     from_s = max(self._next_s, self._now_s() - _BURST_S)
                     self._next_s = from_s + length / (_SPACING_GAIN * self._rate)
 
-    def written(self, length: int) -> None:
-        """Takes note that a slice was handed to the kernel, or its connection was lost."""
-        with self._lock:
-            self._granted -= length
-            self._written += length
-
     def requested(self, way_s: float) -> None:
         """Takes the time of a request's way from the headset, off by a constant."""
         with self._lock:
@@ -106,16 +105,32 @@ class Pacing:
 
     def _wait_s(self, length: int) -> float:
         with self._lock:
-            waiting = sum(it.unacknowledged() for it in self._queues)
+            waiting = self._under_way()
             self._rate = self._delivered(self._written - waiting)
-            least_s = min((it.least_round_trip_s() for it in self._queues), default=0.0)
-            path_s = least_s + _UPLINK_PART * min(self._uplink.mean_s, _MOST_UPLINK_S)
+            path_s = self._least_round_trip_s
+            path_s += _UPLINK_PART * min(self._uplink.mean_s, _MOST_UPLINK_S)
             most = self._rate * path_s + max(_LEAST_QUEUE_BYTES, self._rate * _QUEUE_S)
             slice_bytes = max(_LEAST_SLICE_BYTES, int(self._rate * _SLICE_S))
             self._slice_bytes = min(slice_bytes, _MOST_SLICE_BYTES)
-            if self._granted + waiting + length > most:
-                return _POLL_S
-            return min(self._next_s - self._now_s(), _POLL_S)
+            excess_bytes = self._granted + waiting + length - most
+            if excess_bytes > 0:
+                wait_s = excess_bytes / self._rate if self._rate else _POLL_S
+                return min(max(wait_s, _POLL_S), _MOST_WAIT_S)
+            return min(self._next_s - self._now_s(), _MOST_WAIT_S)
+
+    def _under_way(self) -> int:
+        """Returns the bytes under way, and notes the least round trip from time to time."""
+        waiting = 0
+        for connection in list(self._sending):
+            unacknowledged = connection.unacknowledged()
+            waiting += unacknowledged
+            if not unacknowledged:
+                self._sending.discard(connection)
+        now_s = self._now_s()
+        if self._sending and now_s - self._round_trip_known_s > _ROUND_TRIP_S:
+            round_trips_s = [it.least_round_trip_s() for it in self._sending]
+            self._least_round_trip_s, self._round_trip_known_s = min(round_trips_s), now_s
+        return waiting
 
     def _delivered(self, acknowledged: int) -> float:
         """Returns the greatest mean rate of the last 200 ms of sending, in B/s."""

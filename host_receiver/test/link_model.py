@@ -69,7 +69,6 @@ class LinkModel:
         self._events: list[tuple[float, int, Callable[[], None]]] = []
         self._count = 0
         self.pacing = Pacing(lambda: False, lambda: self.now_s, self._sleep)
-        self.pacing.add(self)
         self._tick()
         self._ask()
 
@@ -78,7 +77,7 @@ class LinkModel:
         self.queues_s.clear()
         began_s, arrived, images = self.now_s, self.arrived, self.images_arrived
         while self.now_s < began_s + seconds:
-            self.pacing.send(bytes(message_bytes), lambda piece: self._write(len(piece)))
+            self.pacing.send(bytes(message_bytes), self)
         unit = BYTES_PER_MBIT * (self.now_s - began_s)
         return (self.arrived - arrived) / unit, (self.images_arrived - images) / unit
 
@@ -98,6 +97,13 @@ class LinkModel:
             self.now_s, _, event = heapq.heappop(self._events)
             event()
         self.now_s = end_s
+
+    def send_all(self, data: bytes | memoryview) -> None:
+        record = len(data) + _TLS_BYTES
+        self._written += record
+        for begin in range(0, record, self._segment):
+            segment = min(self._segment, record - begin)
+            self._put_down(segment + _HEADERS_BYTES, partial(self._arrive, segment))
 
     def unacknowledged(self) -> int:
         return self._written - self._acknowledged
@@ -151,13 +157,6 @@ class LinkModel:
         if self.exchanges:
             self.exchanges.asked()
         self._put_up(_SMALL_BYTES, arrived)
-
-    def _write(self, length: int) -> None:
-        record = length + _TLS_BYTES
-        self._written += record
-        for begin in range(0, record, self._segment):
-            segment = min(self._segment, record - begin)
-            self._put_down(segment + _HEADERS_BYTES, partial(self._arrive, segment))
 
     def _arrive(self, segment: int) -> None:
         self.arrived += segment

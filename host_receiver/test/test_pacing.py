@@ -4,6 +4,7 @@ import pytest
 
 from image_sender import ImageSender
 from link_model import SENSORS_MBIT, LinkModel
+from ml2_receiver.pacing import Pacing
 
 SEGMENT, JUMBO = 1448, 8948
 
@@ -78,3 +79,32 @@ def test_rests_between_messages_do_not_slow_them() -> None:
         took_s = link.now_s - began_s
         link.rest(0.5)
     assert took_s < 0.06
+
+
+class _Connection:
+    """A connection that keeps what it sends, and counts how often it is asked for that."""
+
+    def __init__(self) -> None:
+        self.kept_bytes = self.asked = 0
+
+    def send_all(self, data: bytes | memoryview) -> None:
+        self.kept_bytes += len(data)
+
+    def unacknowledged(self) -> int:
+        self.asked += 1
+        return self.kept_bytes
+
+    def least_round_trip_s(self) -> float:
+        return 0.01
+
+
+def test_a_connection_is_asked_while_it_has_bytes_under_way() -> None:
+    pacing = Pacing(lambda: False, lambda: 0.0, lambda _: None)
+    first, second = _Connection(), _Connection()
+    pacing.send(b"message", first)
+    pacing.send(b"message", second)
+    assert first.asked == 1
+    first.kept_bytes = 0
+    for _ in range(3):
+        pacing.send(b"message", second)
+    assert (first.asked, second.asked) == (2, 3)

@@ -29,10 +29,10 @@ from .real_time import steady_timer
 
 _RENEWAL_S = 0.5
 _LONGEST_NAME = 255
+# Messages that come 1000 times a second are taken two at a time: each turn of the taker, and of the
+# writer behind it, takes the interpreter from the threads that publish samples.
+_PAUSE_S = 0.001
 _MASK = (1 << 32) - 1
-_LEAST_DEPTH = 10
-# Messages to recognise: a subscription that replaces another one may get them again.
-_REMEMBERED = 1000
 _OF_SERVICES = ("client", "service")
 
 
@@ -211,7 +211,7 @@ class RosGraph:
                 enable_rosout=False,
                 start_parameter_services=False,
             )
-            self._taker = RawTaker(self._node, [], self._failed)
+            self._taker = RawTaker(self._node, [], self._failed, _PAUSE_S)
         return self._taker
 
     def _failed(self, topic: str, error: Exception) -> None:

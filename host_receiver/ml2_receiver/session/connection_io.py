@@ -90,7 +90,6 @@ class ConnectionIO:
             assert lane is not None
             send_all = self._send_all
             if lane is not ROS and not ip_address(self.connection.host).is_loopback:
-                openings.downlink.pacing.add(self.transport)
                 send_all = self._send_paced
             self._writer = threading.Thread(
                 target=openings.downlink.write,
@@ -110,7 +109,7 @@ class ConnectionIO:
         pacing = self.connection.openings.downlink.pacing
         with self._writing:
             for piece in pieces:
-                pacing.send(piece, self.transport.send_all)
+                pacing.send(piece, self.transport)
 
     def answer_time(self, request: Frame, received_ns: int) -> None:
         """Sends the TIME_REPLY to a TIME_REQUEST that was received at this ROS time.
