@@ -175,7 +175,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         const val WORSE_LINK = 0.7
 
         /** A link has become better if the pacing allows so many times what it carried, and allowed, at a mistake. */
-        const val BETTER_LINK = 1.5
+        const val BETTER_LINK = 2.0
 
         /** The pacing goes down to 0.85 of the link's rate for moments, which the queues of images bridge. */
         const val DOWN_TARGET = 0.95
