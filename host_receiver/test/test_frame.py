@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
+from ml2_receiver.wire.frame import HEADER_BYTES, Frame, FrameParser, encode_frame
 from ml2_receiver.wire.kinds import OPENING, Kind, Side
 
 # PROTOCOL.md's table, written down a second time: kind, senders, lanes, greatest length.
@@ -191,6 +191,15 @@ def test_a_claimed_length_is_not_allocated_before_its_bytes_come(length: int) ->
     _, peak_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak_bytes < 1.25 * MIB
+
+
+def test_a_body_kept_from_before_adds_nothing_to_what_is_ahead_of_the_bytes() -> None:
+    parser = FrameParser(Side.DEVICE, IMAGE)
+    (before,) = parser.feed(memoryview(data_frame(bytes(11))))
+    assert len(before.body) == 11
+    large = data_frame(bytes(16 * MIB))
+    assert list(parser.feed(memoryview(large)[:HEADER_BYTES])) == []
+    assert len(parser.get_buffer()) == MIB
 
 
 def test_a_large_payload_costs_little_more_than_itself() -> None:

@@ -206,4 +206,5 @@ class FrameParser:
             self._grow(length)
 
     def _grow(self, length: int) -> None:
-        self._body += _ZEROS[: length - len(self._body)]
+        ahead = min(length, self._filled + _GROWTH_BYTES)
+        self._body += _ZEROS[: max(0, ahead - len(self._body))]
