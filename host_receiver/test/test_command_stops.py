@@ -297,6 +297,37 @@ def test_ctrl_c_at_any_moment_after_the_start_has_no_traceback(
         assert code in (0, INCOMPLETE.get(words.split()[0], 0), 1, 2, 130, -signal.SIGINT)
 
 
+# NumPy prints an error of its import in an extension, and then raises ImportError.
+IMPORTS_ARRAY = """
+import builtins, os, signal, sys
+from ml2_receiver.commands.stopping import run_interruptible
+
+import numpy
+unchanged = builtins.__import__
+
+def interrupt(name, *rest, **more):
+    if name == "numpy._core._multiarray_umath":
+        builtins.__import__ = unchanged
+        print("imports", flush=True)
+        os.kill(os.getpid(), signal.SIGINT)
+    return unchanged(name, *rest, **more)
+
+def command():
+    builtins.__import__ = interrupt
+    import cv2
+    return 0
+
+sys.exit(run_interruptible(command))
+"""
+
+
+def test_ctrl_c_while_an_extension_imports_numpy_has_no_traceback() -> None:
+    with Child("-c", IMPORTS_ARRAY) as child:
+        assert child.line() == "imports"
+        assert child.process.wait(LIMIT_S) == 130
+    assert child.errors == []
+
+
 def test_the_script_hears_no_ctrl_c_that_it_would_lose(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,6 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
+from types import TracebackType
 from typing import NoReturn
 
 from ..stop_limit import STOP_LIMIT
@@ -65,6 +66,7 @@ def limit_interrupts() -> None:
     _interrupts.has_raised = _interrupts.is_over = False
     signal.signal(signal.SIGINT, _interrupts.hear)
     sys.unraisablehook = _interrupt_again
+    sys.excepthook = _show
 
 
 def _interrupt_again(unraisable: "sys.UnraisableHookArgs") -> None:
@@ -73,6 +75,12 @@ def _interrupt_again(unraisable: "sys.UnraisableHookArgs") -> None:
         threading.Timer(_AGAIN_S, _interrupts.hear_again).start()
     else:
         sys.__unraisablehook__(unraisable)
+
+
+def _show(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """Shows no interrupt: NumPy's import_array() prints what it then makes an ImportError of."""
+    if not issubclass(kind, KeyboardInterrupt):
+        sys.__excepthook__(kind, error, trace)
 
 
 def run_interruptible(command: Callable[[], int]) -> int:
