@@ -47,8 +47,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.keys and options.service != "save_config":
         raise RosError(f"{options.service} takes no keys, found {' '.join(options.keys)}")
     with receiver_client(options.name, PATIENCE_S, [options.service]) as (node, client):
+        reached = whom(node, client, options.name)
         is_done, message = client.call(options.service, options.keys)
-        answer = f"{whom(node, client, options.name)}{message or 'done'}"
+    answer = f"{reached}{message or 'done'}"
     if not is_done:
         raise RosError(answer)
     print(answer)

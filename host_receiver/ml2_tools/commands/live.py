@@ -80,9 +80,10 @@ def receiver_client(
 
 
 def whom(node: DiagnosticsNode, client: ReceiverClient, receiver: str) -> str:
-    """Returns the receiver that a client's requests reach, and ": "; empty if there is only one.
+    """Returns the receiver that later requests will reach, and ": "; empty if there is only one.
 
-    Warns on standard error if several receivers have that name, for all get them.
+    Warns on standard error if several receivers have that name, for all get them. Is called before
+    a request: a receiver that ROS finds after it may not get it.
 
     Args:
         receiver: as in its --name, or empty.

@@ -22,9 +22,9 @@ def record_attached(options: argparse.Namespace) -> int:
     """
     with receiver_client(options.name, PATIENCE_S, [_START, _STOP]) as (node, client):
         stopping = stop_signal()
+        reached = whom(node, client, options.name)
         _done(client.set(_parameters(options)))
         started = _done(client.call(_START))
-        reached = whom(node, client, options.name)
         print(f"{reached}{started} {how_long(options.duration)}", flush=True)
         folder = str(options.out.absolute())
 

@@ -43,8 +43,9 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     values = {key: value_of(key, text) for key, text in options.values}
     with receiver_client(options.name, PATIENCE_S) as (node, client):
+        reached = whom(node, client, options.name)
         is_done, message = client.set(values)
-        answer = f"{whom(node, client, options.name)}{message or 'done'}"
+    answer = f"{reached}{message or 'done'}"
     if not is_done:
         raise RosError(answer)
     print(answer)

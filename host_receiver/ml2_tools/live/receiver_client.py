@@ -57,8 +57,13 @@ class ReceiverClient:
     def receivers(self) -> Mapping[str, int]:
         """Returns the full names of the receivers' nodes in ROS's graph, with how many have each.
 
-        All that have the name of this one get its requests.
+        All that have the name of this one get later requests. Waits for an answer of one of them,
+        as each request does, while ROS finds the others.
+
+        Raises:
+            RosError: it does not answer.
         """
+        self._ask(GetParameters.Request())
         services = self._node.get_service_names_and_types()
         names = [it.removesuffix(_OF_RECEIVERS) for it, _ in services if it.endswith(_OF_RECEIVERS)]
         return {it: self._node.count_services(it + _OF_RECEIVERS) for it in names}

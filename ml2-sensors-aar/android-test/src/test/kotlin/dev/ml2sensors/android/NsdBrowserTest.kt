@@ -19,7 +19,6 @@ import org.junit.Test
 import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
-import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
 import org.robolectric.shadow.api.Shadow
 import java.io.IOException
@@ -32,13 +31,14 @@ import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
 
 @RunWith(RobolectricTestRunner::class)
-@Config(sdk = [29], manifest = Config.NONE, shadows = [FakeNsdManager::class])
+@Config(sdk = [29], manifest = Config.NONE, shadows = [FakeNsdManager::class, FakeMulticastLock::class])
 class NsdBrowserTest {
     private val app: Application = RuntimeEnvironment.getApplication()
     private val wifi = app.getSystemService(WifiManager::class.java)
     private val manager = Shadow.newInstanceOf(NsdManager::class.java)
     private val network = Shadow.extract<FakeNsdManager>(manager)
     private val browser = NsdBrowser({ manager }, { wifi })
+    private val locks = FakeMulticastLock.held.apply { set(0) }
     private val desk = "desk" to ReceiverAddress("192.168.1.5", 7755)
     private val robot = "robot" to ReceiverAddress("fd00:0:0:0:0:0:0:7", 7756)
 
@@ -76,11 +76,11 @@ class NsdBrowserTest {
             network.appear("desk", "192.168.1.5", 7755)
             awaitItem()
             assertTrue(network.isSearching)
-            assertEquals(1, shadowOf(wifi).activeLockCount)
+            assertEquals(1, locks.get())
             cancel()
         }
         assertFalse(network.isSearching)
-        assertEquals(0, shadowOf(wifi).activeLockCount)
+        assertEquals(0, locks.get())
     }
 
     @Test
@@ -112,7 +112,7 @@ class NsdBrowserTest {
             cancel()
         }
         assertEquals(listOf(false, false), networks.map { it.isSearching })
-        assertEquals(0, shadowOf(wifi).activeLockCount)
+        assertEquals(0, locks.get())
     }
 
     @Test
@@ -169,7 +169,7 @@ class NsdBrowserTest {
             // Until the thread of the held call has ended, other calls have little time.
             while (runCatching { browser.receivers().first { it == mapOf(desk) } }.isFailure) yield()
             assertTrue(networks.size > 1, call)
-            while (networks.any { it.isSearching } || shadowOf(wifi).activeLockCount > 0) yield()
+            while (networks.any { it.isSearching } || locks.get() > 0) yield()
         }
     }
 
@@ -187,7 +187,6 @@ class NsdBrowserTest {
     }
 
     @Test
-    @Config(shadows = [FakeNsdManager::class, FakeMulticastLock::class])
     fun aLockForMulticastThatIsNotAnsweredKeepsNoSearch() = runBlocking {
         network.appear("desk", "192.168.1.5", 7755)
         val browser = NsdBrowser({ manager }, { wifi }, calls = HarshCalls())
@@ -196,7 +195,7 @@ class NsdBrowserTest {
             assertEquals(mapOf(desk), browser.receivers().first())
             answer()
         }
-        while (FakeMulticastLock.held.get() > 0) yield()
+        while (locks.get() > 0) yield()
     }
 
     private fun newManager(): NsdManager = Shadow.newInstanceOf(NsdManager::class.java).also {
@@ -224,7 +223,7 @@ class NsdBrowserTest {
         browser.receivers().test {
             assertTrue("error 4" in "${assertIs<IOException>(awaitError())}")
         }
-        assertEquals(0, shadowOf(wifi).activeLockCount)
+        assertEquals(0, locks.get())
     }
 
     @Test
