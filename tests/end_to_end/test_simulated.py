@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
+import os
 import re
 import signal
 import subprocess
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
 from configurations import only
-from counters import assert_counters_agree, have_arrived
+from counters import assert_counters_agree, await_more, have_arrived
 from full_load import FullLoad
 from processes import (
     PREFIX,
@@ -33,10 +35,14 @@ from processes import (
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
 from simulation import CAMERAS, EYES, STILL, image_topic, raw_config
 from waiting import LIMIT_S
+from waiting_receiver import waiting_receiver
 
 THESIS_CONFIG = ROOT / "host_receiver" / "test" / "data" / "thesis_config.yaml"
 UPTIME = f"{PREFIX}/custom/app_uptime"
 OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
+GIVING_WAY = only(
+    "world_left: {enabled: true}, other_sensors: {enabled: true}, head_pose: {enabled: true}"
+)
 
 
 def test_every_sensor_arrives(received: Received) -> None:
@@ -267,3 +273,28 @@ def test_stamps_of_200_hz_are_5_ms_apart(received: Received) -> None:
     withheld = received.counters(f"{PREFIX}/gyro_left/imu").get("dropped.clock_step", "0")
     jumps = int(received.snapshot["clock"]["epoch"]) + int(withheld)
     assert np.count_nonzero(np.abs(steps - periods * 5e6) > slewed) <= jumps
+
+
+def niceness(pid: int) -> dict[str, set[int]]:
+    """Returns the niceness that the threads of each name have."""
+    found: dict[str, set[int]] = {}
+    for thread in Path(f"/proc/{pid}/task").iterdir():
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # if it has ended
+            name = (thread / "comm").read_text().strip()
+            found.setdefault(name, set()).add(os.getpriority(os.PRIO_PROCESS, int(thread.name)))
+    return found
+
+
+def test_threads_with_images_give_way(tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(GIVING_WAY)
+    with (
+        waiting_receiver(config, tmp_path) as waiting,
+        waiting.started("headset", headset_command(waiting.address, *STILL)) as headset,
+    ):
+        for topic in ("world_left/image_raw", "gyro_left/imu", "head_pose"):
+            await_more(waiting.subscriber, topic)
+        found = niceness(headset.pid)
+    (urgent,), (images,) = found["ml2s urgent"], found["ml2s blocking"]
+    assert urgent < images
+    assert (found["ml2s head sdk"], found["ml2s world sdk"]) == ({urgent}, {images})

@@ -13,7 +13,7 @@ import dev.ml2sensors.table.StreamSpec
  * other, such as depth and infra, cannot be collected at the same time.
  */
 internal class NativePixelSource(private val sensor: PixelSensor, private val sensorBackend: NativeBackend) :
-    NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_FRAMES) {
+    NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_FRAMES, isUrgent = false) {
     init {
         require(sensor != PixelSensor.COLOR || sensorBackend == NativeBackend.OPENXR) {
             "$sensor needs the backend openxr"

@@ -28,7 +28,7 @@ internal class NativeReadingSource(
     private val sensor: ReadingSensor,
     private val sensorBackend: NativeBackend,
     private val suspendedNanos: () -> Long = { 0 },
-) : NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_READINGS) {
+) : NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_READINGS, isUrgent = true) {
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = try {
         if (sensor == ReadingSensor.MARKERS) MarkerSettings.of(requested)
         if (sensor == ReadingSensor.MAP) MapSettings.of(requested)

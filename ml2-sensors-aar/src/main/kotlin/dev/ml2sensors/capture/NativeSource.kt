@@ -25,8 +25,9 @@ internal sealed class NativeSource(
     override val streams: Set<StreamSpec>,
     sensorName: String,
     private val queuedSamples: Int,
+    isUrgent: Boolean,
 ) : SensorSource {
-    private val thread = SensorThread("ml2s ${sensorName.lowercase()} ${sensorBackend.id}", ::open)
+    private val thread = SensorThread("ml2s ${sensorName.lowercase()} ${sensorBackend.id}", isUrgent, ::open)
 
     override val backend: String get() = sensorBackend.id
 

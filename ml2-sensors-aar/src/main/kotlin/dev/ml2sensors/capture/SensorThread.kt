@@ -1,6 +1,7 @@
 package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.URGENT_PRIORITY
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.first
@@ -27,9 +28,12 @@ internal interface OpenSensor {
  * The thread that owns one sensor, since native handles belong to a thread. It opens the sensor for the first
  * subscription, configures it as subscriptions come and go, and closes it after the last one or for a pause. A failure
  * ends the subscriptions that it occurred for. Its methods may be called from any other thread.
+ *
+ * @param isUrgent if images must not delay it.
  */
 internal class SensorThread(
     name: String,
+    isUrgent: Boolean,
     private val open: (List<Subscription>) -> OpenSensor,
 ) : AutoCloseable {
     private class DesiredState(
@@ -43,7 +47,10 @@ internal class SensorThread(
 
     private val lock = ReentrantLock()
     private val changed = lock.newCondition()
-    private val thread = Thread(::run, name).apply { isDaemon = true }
+    private val thread = Thread(::run, name).apply {
+        isDaemon = true
+        priority = if (isUrgent) URGENT_PRIORITY else Thread.NORM_PRIORITY
+    }
     private val appliedVersion = MutableStateFlow(0L)
     private var desired = DesiredState()
 

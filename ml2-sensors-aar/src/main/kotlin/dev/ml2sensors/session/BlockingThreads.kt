@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.source.URGENT_PRIORITY
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.asCoroutineDispatcher
 import kotlinx.coroutines.currentCoroutineContext
@@ -7,20 +8,31 @@ import kotlinx.coroutines.ensureActive
 import kotlinx.coroutines.runInterruptible
 import java.io.IOException
 import java.util.concurrent.Executors
+import kotlin.coroutines.ContinuationInterceptor
 
 /**
  * Threads for streams and connections, which may block: as many as block at a time, each of which ends after a minute
  * without work. `Dispatchers.IO` wakes up to five threads for one sample, and its 64 are the app's as well.
  */
-internal val blockingThreads: CoroutineDispatcher =
-    Executors.newCachedThreadPool { Thread(it, "ml2s blocking").apply { isDaemon = true } }.asCoroutineDispatcher()
+internal val blockingThreads: CoroutineDispatcher = threads("ml2s blocking", Thread.NORM_PRIORITY)
+
+/** As [blockingThreads], for what has few bytes and must not wait until images are copied, compressed and encrypted. */
+internal val urgentThreads: CoroutineDispatcher = threads("ml2s urgent", URGENT_PRIORITY)
+
+private fun threads(name: String, priority: Int) = Executors.newCachedThreadPool {
+    Thread(it, name).apply {
+        isDaemon = true
+        this.priority = priority
+    }
+}.asCoroutineDispatcher()
 
 /**
- * Runs [block], which may block on connections, on one of the [blockingThreads]. Cancelling closes the connection that
- * it waits for; the resulting failure is not reported.
+ * Runs [block], which may block on connections, on one of the [urgentThreads] if called from there, else on one of the
+ * [blockingThreads]. Cancelling closes the connection that it waits for; the resulting failure is not reported.
  */
 internal suspend fun <T> blockingIo(block: () -> T): T = try {
-    runInterruptible(blockingThreads, block)
+    val isUrgent = currentCoroutineContext()[ContinuationInterceptor] === urgentThreads
+    runInterruptible(if (isUrgent) urgentThreads else blockingThreads, block)
 } catch (e: IOException) {
     currentCoroutineContext().ensureActive()
     throw e

@@ -17,6 +17,7 @@ import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
+import kotlinx.coroutines.withContext
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import java.nio.channels.ClosedChannelException
@@ -150,7 +151,7 @@ internal class OpeningLanes(
             taken[name] = left // before a message can leave a queue
             launch { sayTaken(connection, left) }
         }
-        launch { read(name, connection) }
+        launch { withContext(if (name == RosLanes.ROS) urgentThreads else blockingThreads) { read(name, connection) } }
     }
 
     /** Takes note of a [frame] that is in no queue any more; never waits. */

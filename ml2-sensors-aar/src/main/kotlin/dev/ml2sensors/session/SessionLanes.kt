@@ -15,6 +15,7 @@ import kotlinx.coroutines.async
 import kotlinx.coroutines.awaitAll
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.joinAll
+import kotlinx.coroutines.withContext
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.EOFException
 import java.nio.channels.ClosedChannelException
@@ -73,8 +74,13 @@ internal class SessionLanes(
     suspend fun startSending() {
         for ((name, connection) in connections) {
             if (name in senders) continue
-            senders[name] = launch { lane(name).sendThrough(connection.writer) }
-            lane(name).awaitSession()
+            val lane = lane(name)
+            senders[name] = launch {
+                withContext(if (lane.spec.isPaced) blockingThreads else urgentThreads) {
+                    lane.sendThrough(connection.writer)
+                }
+            }
+            lane.awaitSession()
         }
     }
 

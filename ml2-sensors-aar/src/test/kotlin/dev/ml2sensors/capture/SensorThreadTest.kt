@@ -18,7 +18,7 @@ class SensorThreadTest {
     private val calls = LinkedBlockingQueue<String>()
     private var hanging = ""
     private var failing = ""
-    private val thread = SensorThread("test sensor") {
+    private val thread = SensorThread("test sensor", isUrgent = true) {
         call("open")
         object : OpenSensor {
             override fun configure(subscriptions: List<Subscription>) = call("configure")

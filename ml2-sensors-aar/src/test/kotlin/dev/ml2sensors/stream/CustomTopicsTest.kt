@@ -143,7 +143,7 @@ class CustomTopicsTest {
     private fun TestScope.streamsOnOneThread(): ActiveStreams {
         val clock = HostClock { 0 }
         repeat(16) { clock.add(TimeExchange(0, 0, 0, 0)) }
-        return ActiveStreams(fixture.headset, clock, backgroundScope, StandardTestDispatcher(testScheduler))
+        return ActiveStreams(fixture.headset, clock, backgroundScope, { StandardTestDispatcher(testScheduler) })
     }
 
     /** A lane that is not joined delays the end beyond the streamer's patience. */

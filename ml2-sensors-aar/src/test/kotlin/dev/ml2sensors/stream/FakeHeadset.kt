@@ -37,6 +37,7 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
     }
 
     private class Feed(val stream: StreamSpec) {
+        val priority = Thread.currentThread().priority
         val deliveries = Channel<Delivery>(Channel.RENDEZVOUS, onUndeliveredElement = { it.finish(false) })
     }
 
@@ -115,6 +116,9 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
         }
         return delivery.isDone.await()
     }
+
+    /** Waits until [stream] runs; returns the priority of its thread. */
+    suspend fun awaitPriority(stream: StreamSpec): Int = awaitFeeds(stream, times = 1).single().priority
 
     private suspend fun awaitFeeds(stream: StreamSpec, times: Int): List<Feed> =
         feeds.first { all -> all.count { it.stream == stream } >= times }.filter { it.stream == stream }

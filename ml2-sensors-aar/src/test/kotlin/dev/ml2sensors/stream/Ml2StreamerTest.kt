@@ -6,6 +6,7 @@ import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.ros.Received
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.source.URGENT_PRIORITY
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.test
@@ -48,6 +49,17 @@ class Ml2StreamerTest {
             fixture.streamer.stop("enough")
             assertEquals("""{"reason":"enough"}""", session.await(HostFrame.BYE).body.decodeToString())
             assertEquals(StreamerState.Ended("enough"), awaitItem())
+        }
+    }
+
+    @Test
+    fun threadsOfImagesGiveWay() = runBlocking<Unit> {
+        fixture.start("""{"gyro_left": {}, "accel_left": {}, "world_left": {}, "depth": {}}""")
+        for (stream in listOf(StreamTable.gyroLeft, StreamTable.accelLeft)) {
+            assertEquals(URGENT_PRIORITY, fixture.headset.awaitPriority(stream), stream.id)
+        }
+        for (stream in listOf(StreamTable.worldLeft, StreamTable.depth)) {
+            assertEquals(Thread.NORM_PRIORITY, fixture.headset.awaitPriority(stream), stream.id)
         }
     }
 
