@@ -295,6 +295,6 @@ def test_threads_with_images_give_way(tmp_path: Path) -> None:
         for topic in ("world_left/image_raw", "gyro_left/imu", "head_pose"):
             await_more(waiting.subscriber, topic)
         found = niceness(headset.pid)
-    (urgent,), (images,) = found["ml2s urgent"], found["ml2s blocking"]
+    (urgent,), (images,) = found["ml2s blocking"], found["ml2s images"]
     assert urgent < images
     assert (found["ml2s head sdk"], found["ml2s world sdk"]) == ({urgent}, {images})

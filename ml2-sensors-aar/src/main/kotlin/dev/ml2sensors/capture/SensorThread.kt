@@ -2,6 +2,7 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.URGENT_PRIORITY
+import dev.ml2sensors.source.imagePriority
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.first
@@ -49,7 +50,7 @@ internal class SensorThread(
     private val changed = lock.newCondition()
     private val thread = Thread(::run, name).apply {
         isDaemon = true
-        priority = if (isUrgent) URGENT_PRIORITY else Thread.NORM_PRIORITY
+        priority = if (isUrgent) URGENT_PRIORITY else imagePriority
     }
     private val appliedVersion = MutableStateFlow(0L)
     private var desired = DesiredState()

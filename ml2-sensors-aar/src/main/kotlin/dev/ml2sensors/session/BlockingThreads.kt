@@ -1,6 +1,7 @@
 package dev.ml2sensors.session
 
 import dev.ml2sensors.source.URGENT_PRIORITY
+import dev.ml2sensors.source.imagePriority
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.asCoroutineDispatcher
 import kotlinx.coroutines.currentCoroutineContext
@@ -14,10 +15,10 @@ import kotlin.coroutines.ContinuationInterceptor
  * Threads for streams and connections, which may block: as many as block at a time, each of which ends after a minute
  * without work. `Dispatchers.IO` wakes up to five threads for one sample, and its 64 are the app's as well.
  */
-internal val blockingThreads: CoroutineDispatcher = threads("ml2s blocking", Thread.NORM_PRIORITY)
+internal val blockingThreads: CoroutineDispatcher = threads("ml2s blocking", URGENT_PRIORITY)
 
-/** As [blockingThreads], for what has few bytes and must not wait until images are copied, compressed and encrypted. */
-internal val urgentThreads: CoroutineDispatcher = threads("ml2s urgent", URGENT_PRIORITY)
+/** As [blockingThreads], which they give way to: for images, whose pixels are copied, compressed and encrypted. */
+internal val imageThreads: CoroutineDispatcher = threads("ml2s images", imagePriority)
 
 private fun threads(name: String, priority: Int) = Executors.newCachedThreadPool {
     Thread(it, name).apply {
@@ -27,12 +28,12 @@ private fun threads(name: String, priority: Int) = Executors.newCachedThreadPool
 }.asCoroutineDispatcher()
 
 /**
- * Runs [block], which may block on connections, on one of the [urgentThreads] if called from there, else on one of the
+ * Runs [block], which may block on connections, on one of the [imageThreads] if called from there, else on one of the
  * [blockingThreads]. Cancelling closes the connection that it waits for; the resulting failure is not reported.
  */
 internal suspend fun <T> blockingIo(block: () -> T): T = try {
-    val isUrgent = currentCoroutineContext()[ContinuationInterceptor] === urgentThreads
-    runInterruptible(if (isUrgent) urgentThreads else blockingThreads, block)
+    val isOfImages = currentCoroutineContext()[ContinuationInterceptor] === imageThreads
+    runInterruptible(if (isOfImages) imageThreads else blockingThreads, block)
 } catch (e: IOException) {
     currentCoroutineContext().ensureActive()
     throw e

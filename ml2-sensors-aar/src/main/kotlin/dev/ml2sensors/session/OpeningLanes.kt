@@ -151,7 +151,7 @@ internal class OpeningLanes(
             taken[name] = left // before a message can leave a queue
             launch { sayTaken(connection, left) }
         }
-        launch { withContext(if (name == RosLanes.ROS) urgentThreads else blockingThreads) { read(name, connection) } }
+        launch { withContext(if (name == RosLanes.ROS) blockingThreads else imageThreads) { read(name, connection) } }
     }
 
     /** Takes note of a [frame] that is in no queue any more; never waits. */

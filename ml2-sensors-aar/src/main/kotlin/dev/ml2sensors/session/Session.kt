@@ -12,7 +12,6 @@ import dev.ml2sensors.wire.Hello
 import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Welcome
 import kotlinx.coroutines.CompletableDeferred
-import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
 import kotlinx.coroutines.Job
@@ -84,16 +83,16 @@ internal class Session(
 
     private suspend fun runParts(control: ControlLane, welcome: Welcome, stop: Deferred<String>) = coroutineScope {
         val opened = app?.takeIf { welcome.ros != null }
-        val lanes = SessionLanes(welcome, opened != null, ::open, streams::lane) { launchPart(control, block = it) }
+        val lanes = SessionLanes(welcome, opened != null, ::open, streams::lane) { launchPart(control, it) }
         val openings = opened?.let { app ->
-            OpeningLanes(control, app, lanes::connectToOpenings) { launchPart(control, block = it) }
+            OpeningLanes(control, app, lanes::connectToOpenings) { launchPart(control, it) }
         }
         val handler = ControlHandler(control, lanes, openings, streams, hostClock, stop)
         launchPart(control) { control.keepAlive(welcome.timeouts) }
         val joining = async { lanes.joinTime().also { lanes.join(setOf(StreamTable.sensorsLane.name)) } }
         val listening = launchPart(control) { handler.handleFrames(joining) }
         val timeLane = TimeLane(joining.await(), deviceClock, hostClock, lanes.pacing)
-        val comparing = launchPart(control, urgentThreads) { timeLane.run() }
+        val comparing = launchPart(control) { timeLane.run() }
         launchPart(control) { app?.serve(openings) }
         launchPart(control) { streams.adaptTo(lanes.pacing) }
         launchPart(control) { handler.reportFailures() }
@@ -136,12 +135,8 @@ internal class Session(
     }
 }
 
-/** Runs [block] on one of [threads], which may block. After our BYE its I/O errors are ignored. */
-private fun CoroutineScope.launchPart(
-    control: ControlLane,
-    threads: CoroutineDispatcher = blockingThreads,
-    block: suspend () -> Unit,
-): Job = launch(threads) {
+/** Runs [block] on a thread that may block. After our BYE its I/O errors are ignored. */
+private fun CoroutineScope.launchPart(control: ControlLane, block: suspend () -> Unit): Job = launch(blockingThreads) {
     try {
         block()
     } catch (e: IOException) {

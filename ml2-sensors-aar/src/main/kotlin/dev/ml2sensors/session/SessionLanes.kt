@@ -76,7 +76,7 @@ internal class SessionLanes(
             if (name in senders) continue
             val lane = lane(name)
             senders[name] = launch {
-                withContext(if (lane.spec.isPaced) blockingThreads else urgentThreads) {
+                withContext(if (lane.spec.isPaced) imageThreads else blockingThreads) {
                     lane.sendThrough(connection.writer)
                 }
             }

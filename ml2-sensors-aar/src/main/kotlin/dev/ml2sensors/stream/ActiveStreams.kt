@@ -7,7 +7,7 @@ import dev.ml2sensors.session.Lane
 import dev.ml2sensors.session.SourceFailure
 import dev.ml2sensors.session.StreamControl
 import dev.ml2sensors.session.blockingThreads
-import dev.ml2sensors.session.urgentThreads
+import dev.ml2sensors.session.imageThreads
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DerivedStreamsHeadset
 import dev.ml2sensors.source.Headset
@@ -37,13 +37,13 @@ import kotlin.time.Duration.Companion.seconds
  * The streams of one app instance over all its sessions: what is configured, what runs, and the counters.
  *
  * @param scope runs the pipelines.
- * @param sources returns threads that run streams, whose sources may block; those of images are not urgent.
+ * @param sources returns threads that run streams, of images or not, whose sources may block.
  */
 internal class ActiveStreams(
     headset: Headset,
     private val clock: HostClock,
     private val scope: CoroutineScope,
-    private val sources: (isUrgent: Boolean) -> CoroutineDispatcher = { if (it) urgentThreads else blockingThreads },
+    private val sources: (ofImages: Boolean) -> CoroutineDispatcher = { if (it) imageThreads else blockingThreads },
 ) : StreamControl {
     private class Running(
         val values: StreamValues,
@@ -218,7 +218,7 @@ internal class ActiveStreams(
     ) {
         if (spec == StreamTable.tf) tree.begin(outgoing.of(spec, values), frameIds)
         val frameIds = frameIds
-        val job = scope.launch(sources(spec.topics.none { it.laneClass.isPaced })) {
+        val job = scope.launch(sources(spec.topics.any { it.laneClass.isPaced })) {
             stopping.awaitEnd(spec) { setState(spec, it) }
             val outage = changes.withLock { streams.stopped(spec.id) }
             run(spec, values, frameIds, outage)
