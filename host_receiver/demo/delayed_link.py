@@ -1,11 +1,9 @@
 """Forwards packets between two namespaces at a rate and with a delay, where tc has no netem.
 
-Usage: delayed_link.py NEAR FAR RATE_MBIT DELAY_MS QUEUE_MS WAY_BACK. Makes a TUN device `ml2link`
-in each of the namespaces, prints "ready", and forwards until SIGTERM. Packets from FAR wait in a
-queue of at most QUEUE_MS at RATE_MBIT; both directions then take DELAY_MS. Packets from NEAR do not
-wait if WAY_BACK is "free"; they do at a rate of their own if it is "own", or at a common one, as in
-the air of Wi-Fi, if it is "shared". At the end it prints how many packets the queues have dropped.
-Needs root.
+Usage: delayed_link.py NEAR FAR RATE_MBIT DELAY_MS QUEUE_MS. Makes a TUN device `ml2link` in each of
+the namespaces, prints "ready", and forwards until SIGTERM. Packets from FAR wait in a queue of at
+most QUEUE_MS at RATE_MBIT; both directions then take DELAY_MS. At the end it prints how many
+packets the queue has dropped. Needs root.
 """
 
 import fcntl
@@ -27,23 +25,16 @@ _TUNSETIFF, _IFF_TUN, _IFF_NO_PI = 0x400454CA, 1, 0x1000
 
 
 @dataclass
-class Rate:
-    """A rate that directions may share; at `free_s` all that was taken is sent."""
-
-    bytes_per_s: float = float("inf")
-    free_s: float = 0.0
-
-
-@dataclass
 class Direction:
     """The packets of one direction, in the order of their times of arrival."""
 
     source: int
     target: int
     delay_s: float
-    rate: Rate
-    queue_s: float
+    bytes_per_s: float = float("inf")
+    queue_s: float = 0.0
     dropped: int = 0
+    _free_s: float = 0.0  # then all that was taken is sent
     _flying: deque[tuple[float, bytes]] = field(default_factory=deque)
 
     def take(self, now_s: float) -> None:
@@ -51,12 +42,12 @@ class Direction:
         with suppress(BlockingIOError):
             while True:
                 packet = os.read(self.source, MTU)
-                begins_s = max(now_s, self.rate.free_s)
+                begins_s = max(now_s, self._free_s)
                 if begins_s - now_s > self.queue_s:
                     self.dropped += 1
                     continue
-                self.rate.free_s = begins_s + len(packet) / self.rate.bytes_per_s
-                self._flying.append((self.rate.free_s + self.delay_s, packet))
+                self._free_s = begins_s + len(packet) / self.bytes_per_s
+                self._flying.append((self._free_s + self.delay_s, packet))
 
     def deliver(self, now_s: float) -> float:
         """Delivers what is due; returns the time of the next packet."""
@@ -76,16 +67,11 @@ def device_in(namespace: str) -> int:
     return device
 
 
-def main(near: str, far: str, rate_mbit: str, delay_ms: str, queue_ms: str, way_back: str) -> None:
+def main(near: str, far: str, rate_mbit: str, delay_ms: str, queue_ms: str) -> None:
     receiver, headset = device_in(near), device_in(far)
-    bytes_per_s = float(rate_mbit) * 1e6 / 8
-    up = Rate(bytes_per_s)
-    down = {"free": Rate(), "own": Rate(bytes_per_s), "shared": up}[way_back]
-    times_s = float(delay_ms) / 1e3, float(queue_ms) / 1e3
-    directions = (
-        Direction(headset, receiver, times_s[0], up, times_s[1]),
-        Direction(receiver, headset, times_s[0], down, times_s[1]),
-    )
+    delay_s = float(delay_ms) / 1e3
+    up = Direction(headset, receiver, delay_s, float(rate_mbit) * 1e6 / 8, float(queue_ms) / 1e3)
+    directions = up, Direction(receiver, headset, delay_s)
     stopping = False
 
     def stop(*_: object) -> None:
@@ -103,8 +89,8 @@ def main(near: str, far: str, rate_mbit: str, delay_ms: str, queue_ms: str, way_
         for direction in directions:
             if direction.source in readable:
                 direction.take(now_s)
-    print(sum(it.dropped for it in directions), flush=True)
+    print(up.dropped, flush=True)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:7])
+    main(*sys.argv[1:6])

@@ -1,20 +1,23 @@
 """A link of known rate on this machine, for programs in two network namespaces. Needs root."""
 
 import contextlib
+import functools
 import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import delayed_link
+from delayed_link import DEVICE
 
 # The longest time that data wait in a link.
 QUEUE_S = 0.05
 _BURST_BYTES = 32 * 1024
+_NEAR, _FAR = "10.77.0.1", "10.77.0.2"
 
 
 @dataclass(frozen=True)
@@ -32,36 +35,48 @@ class Machine:
 
 @dataclass(frozen=True)
 class Link:
-    """Two namespaces, and the token bucket or the `forwarder` between them."""
+    """Two namespaces, and the token buckets or the `forwarder` between them.
+
+    Attributes:
+        buckets: the namespaces and devices whose output has a rate.
+    """
 
     receiver: Machine
     headset: Machine
-    device: str
+    buckets: tuple[tuple[str, str], ...] = ()
     forwarder: subprocess.Popen[str] | None = None
 
     def limit(self, rate_mbit: float, queue_bytes: float | None = None) -> None:
-        """Sets the rate of what the headset sends; it can be changed at any time.
+        """Sets the rate of each bucket; it can be changed at any time.
 
         Args:
-            queue_bytes: what waits in the link at most; None means what it sends in 50 ms.
+            queue_bytes: what waits in a bucket at most; None means what it sends in 50 ms.
         """
         queue_bytes = queue_bytes or rate_mbit * 1e6 / 8 * QUEUE_S
-        _run(
-            *(*self.headset.prefix, "tc", "qdisc", "replace", "dev", self.device, "root", "tbf"),
-            *("rate", f"{rate_mbit}mbit", "burst", str(_BURST_BYTES)),
-            *("limit", str(int(queue_bytes) + _BURST_BYTES)),
-        )
+        for namespace, device in self.buckets:
+            _run(
+                *(*_inside(namespace), "tc", "qdisc", "replace", "dev", device, "root", "tbf"),
+                *("rate", f"{rate_mbit}mbit", "burst", str(_BURST_BYTES)),
+                *("limit", str(int(queue_bytes) + _BURST_BYTES)),
+            )
         # A token bucket takes up a new rate only with the next packet; TCP may wait a second for it
         _run(*self.headset.prefix, "bash", "-c", f"echo > /dev/udp/{self.receiver.address}/9")
 
     def dropped(self) -> int:
-        """Returns how many packets the queue has dropped; ends a forwarder."""
+        """Returns how many packets the queues have dropped; ends a forwarder."""
         if self.forwarder is not None:
             self.forwarder.terminate()
             return int(self.forwarder.communicate()[0])
-        show = ("tc", "-j", "-s", "qdisc", "show", "dev", self.device)
-        (root, *_) = json.loads(_run(*self.headset.prefix, *show))
-        return int(root["drops"])
+        return sum(self._counts("drops"))
+
+    def sent_bytes(self) -> list[int]:
+        """Returns how much each bucket has sent, with all headers."""
+        return self._counts("bytes")
+
+    def _counts(self, name: str) -> list[int]:
+        show = ("tc", "-j", "-s", "qdisc", "show", "dev")
+        shown = (json.loads(_run(*_inside(it), *show, device)) for it, device in self.buckets)
+        return [int(root[name]) for root, *_ in shown]
 
 
 @contextlib.contextmanager
@@ -75,35 +90,69 @@ def link(
 
     Args:
         way_back: what the receiver sends has no rate, the same rate of its own, or shares the rate
-            with what the headset sends, as in the air of Wi-Fi; only with a round trip.
+            with what the headset sends, as in the air of Wi-Fi; the last two without a round trip.
     """
-    assert rtt_ms or way_back == "free", "a link with a way back has a round trip"
-    near, far = f"ml2r{os.getpid()}", f"ml2h{os.getpid()}"
-    devices = (delayed_link.DEVICE,) * 2 if rtt_ms else (near, far)
-    execute = ("ip", "netns", "exec")
-    hosts = (Machine((*execute, near), "10.77.0.1"), Machine((*execute, far), "10.77.0.2"))
+    assert not rtt_ms or way_back == "free", "a link with a round trip has no rate for the way back"
+    near, far, air = (f"ml2{it}{os.getpid()}" for it in "rha")
+    hosts = Machine(_inside(near), _NEAR), Machine(_inside(far), _FAR)
     with contextlib.ExitStack() as stack:
-        for name in (near, far):
+        for name in (near, far, air) if way_back == "shared" else (near, far):
             _run("ip", "netns", "add", name)
             stack.callback(_run, "ip", "netns", "delete", name)
             _run("ip", "-n", name, "link", "set", "lo", "up")
-        forwarder = None
+        forwarder, buckets = None, [(far, DEVICE)]
         if rtt_ms:
-            rates = (str(rate_mbit), str(rtt_ms / 2), str(QUEUE_S * 1e3), way_back)
-            forwarder = stack.enter_context(_forwarder(near, far, *rates))
+            rates = (str(rate_mbit), str(rtt_ms / 2), str(QUEUE_S * 1e3))
+            forwarder, buckets = stack.enter_context(_forwarder(near, far, *rates)), []
+        elif way_back == "shared":
+            for name in (near, far):
+                _veth(name, DEVICE, air, name)
+            buckets = [(air, _share(air, {near: _NEAR, far: _FAR}))]
         else:
-            _run("ip", "link", "add", far, "netns", far, "type", "veth", "peer", near)
-            _run("ip", "link", "set", near, "netns", near)
-        for name, device, host in zip((near, far), devices, hosts, strict=True):
-            _run("ip", "-n", name, "address", "add", f"{host.address}/30", "dev", device)
+            _veth(near, DEVICE, far, DEVICE)
+            if way_back == "own":
+                buckets.append((near, DEVICE))
+        for name, host in zip((near, far), hosts, strict=True):
+            _run("ip", "-n", name, "address", "add", f"{host.address}/30", "dev", DEVICE)
             mtu = ("mtu", str(delayed_link.MTU)) if rtt_ms else ()
-            _run("ip", "-n", name, "link", "set", device, *mtu, "up")
-            route = ("10.77.0.0/30", "dev", device, "src", host.address, "congctl", congestion)
+            _run("ip", "-n", name, "link", "set", DEVICE, *mtu, "up")
+            route = ("10.77.0.0/30", "dev", DEVICE, "src", host.address, "congctl", congestion)
             _run("ip", "-n", name, "route", "replace", *route)
-        made = Link(*hosts, devices[1], forwarder)
-        if forwarder is None:
+        made = Link(*hosts, tuple(buckets), forwarder)
+        if buckets:
             made.limit(rate_mbit)
         yield made
+
+
+def _veth(namespace: str, device: str, other: str, device_there: str) -> None:
+    both = (namespace, "type", "veth", "peer", device_there, "netns", other)
+    _run("ip", "link", "add", device, "netns", *both)
+
+
+def _share(namespace: str, addresses: Mapping[str, str]) -> str:
+    """Forwards between devices of a namespace; returns the device that all packets leave by.
+
+    They come back through its peer, from which they are routed to their address.
+
+    Args:
+        addresses: those of the machines that the devices lead to.
+    """
+    out, back = "out", "back"
+    run = functools.partial(_run, *_inside(namespace))
+    _veth(namespace, out, namespace, back)
+    run("sysctl", "-qw", "net.ipv4.ip_forward=1", "net.ipv4.conf.all.rp_filter=0")
+    for device in (out, back, *addresses):
+        run("ip", "link", "set", device, "up")
+        run("sysctl", "-qw", f"net.ipv4.conf.{device}.rp_filter=0")
+    (peer,) = json.loads(run("ip", "-j", "link", "show", back))
+    run("ip", "address", "add", "10.77.9.1/30", "dev", out)
+    run("ip", "neigh", "add", "10.77.9.2", "lladdr", peer["address"], "dev", out)
+    run("ip", "route", "add", "default", "via", "10.77.9.2", "table", "100")
+    for device, address in addresses.items():
+        run("sysctl", "-qw", f"net.ipv4.conf.{device}.proxy_arp=1")
+        run("ip", "route", "add", address, "dev", device)
+        run("ip", "rule", "add", "iif", device, "lookup", "100")
+    return out
 
 
 @contextlib.contextmanager
@@ -117,6 +166,10 @@ def _forwarder(*arguments: str) -> Iterator[subprocess.Popen[str]]:
             yield forwarder
         finally:
             forwarder.kill()
+
+
+def _inside(namespace: str) -> tuple[str, ...]:
+    return "ip", "netns", "exec", namespace
 
 
 def _run(*command: str | Path) -> str:

@@ -4,14 +4,17 @@ import importlib.util
 import os
 import socket
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 from types import ModuleType
+from typing import Literal
 
 import pytest
 
 import shaped_link
-from delayed_link import Direction, Rate
+from delayed_link import Direction
+from shaped_link import Machine, link, why_not
 
 
 @pytest.fixture
@@ -28,28 +31,56 @@ def demo(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize(("is_shared", "second_s"), [(False, 1.0), (True, 2.0)])
-def test_both_ways_of_a_link_wait_for_each_other_where_they_share_its_rate(
-    is_shared: bool, second_s: float
-) -> None:
-    rate = Rate(1000)
-    rates = (rate, rate if is_shared else Rate(1000))
+def test_a_packet_arrives_when_it_is_sent_and_has_taken_the_delay() -> None:
+    ends = [end for _ in range(2) for end in socket.socketpair(type=socket.SOCK_DGRAM)]
     with ExitStack() as stack:
-        ends = [
-            stack.enter_context(end)
-            for _ in range(4)
-            for end in socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
-        ]
         for end in ends:
-            end.setblocking(False)
-        fds = [it.fileno() for it in ends]
-        ways = [Direction(fds[4 * n + 1], fds[4 * n + 2], 0.5, it, 9) for n, it in enumerate(rates)]
-        for n, way in enumerate(ways):
-            ends[4 * n].send(bytes(1000))
-            way.take(0)
-        assert [way.deliver(0) for way in ways] == [1.5, second_s + 0.5]
-        ways[1].deliver(second_s + 0.5)
-        assert len(ends[7].recv(2000)) == 1000
+            stack.enter_context(end).setblocking(False)
+        way = Direction(ends[1].fileno(), ends[2].fileno(), 0.5, bytes_per_s=1000, queue_s=1)
+        for length in (1000, 1000, 1):
+            ends[0].send(bytes(length))
+        way.take(0)
+        assert (way.deliver(0), way.dropped) == (1.5, 1)
+        assert way.deliver(1.5) == 2.5
+        assert len(ends[3].recv(2000)) == 1000
+
+
+@pytest.mark.parametrize(
+    ("way_back", "bytes_sent"),
+    [("free", [100_000]), ("own", [100_000, 300_000]), ("shared", [400_000])],
+)
+def test_what_both_ways_of_a_link_send_goes_through_the_buckets_that_are_asked_for(
+    way_back: Literal["free", "own", "shared"], bytes_sent: list[int]
+) -> None:
+    if reason := why_not():
+        pytest.skip(reason)
+    with ExitStack() as stack:
+        made = stack.enter_context(link("cubic", 1000, way_back=way_back))
+        headset, receiver = (
+            stack.enter_context(socket_of(it)) for it in (made.headset, made.receiver)
+        )
+        for sender, other, messages in ((headset, receiver, 100), (receiver, headset, 300)):
+            for _ in range(messages):
+                sender.sendto(bytes(1000), other.getsockname())
+                assert len(other.recv(2000)) == 1000
+        # Each message has headers; the rest are those by which machines find each other
+        for expected, found in zip(bytes_sent, made.sent_bytes(), strict=True):
+            assert 1.04 * expected < found < 1.04 * expected + 10_000
+
+
+def socket_of(machine: Machine) -> socket.socket:
+    """Returns a socket of UDP in the namespace of a machine."""
+
+    def make() -> socket.socket:
+        with Path("/run/netns", str(machine.prefix[-1])).open() as file:
+            os.setns(file.fileno(), os.CLONE_NEWNET)  # for this thread alone
+        return socket.socket(type=socket.SOCK_DGRAM)
+
+    with ThreadPoolExecutor(1) as thread:
+        made = thread.submit(make).result()
+    made.settimeout(10)
+    made.bind((machine.address, 0))
+    return made
 
 
 def starts_no_process(*command: object) -> None:

@@ -1,10 +1,11 @@
 """Measures the streams over links of known rate: `make links`. Needs root, for namespaces.
 
 Usage: links.py SECONDS [NAME ...]. A link is a pair of network namespaces whose headset side sends
-through a token bucket with a queue of 50 ms; a link with a round trip is delayed_link.py. Writes
-build/bench/links.json: everything raw over links of constant rates for SECONDS each and over three
-that change, for 40 s each, then compressed streams and video, also while the app wants 20 MB/s of
-ROS; and build/bench/long_link.json. With NAMEs it measures only these, and writes no file.
+through a token bucket with a queue of 50 ms. Where the app wants 20 MB/s of ROS, the receiver side
+does so, too, through its own bucket or the same one. A link with a round trip is delayed_link.py.
+Writes build/bench/links.json: everything raw over links of constant rates for SECONDS each and over
+three that change, for 40 s each, then compressed streams and video; and build/bench/long_link.json.
+With NAMEs it measures only these, and writes no file.
 """
 
 from __future__ import annotations
@@ -181,7 +182,6 @@ MUCH: dict[str, Any] = {
     "config": compressed_config() + f"    app: {{subscribe: [{LARGE_TOPIC}]}}\n",
     "options": NOISY,
     "duration_s": 60,
-    "rtt_ms": 10,
 }
 PUBLISHED: dict[str, Any] = {
     "config": compressed_config(custom={"enabled": True}),

@@ -33,6 +33,7 @@ from .raw_taker import RawTaker
 HEADER = struct.Struct("<Iqqq")
 SMALL_BYTES = 64 << 10
 STOP_S = 2.0
+_NICENESS = 10
 # Messages that the receiver has not got yet stay in ROS's queues beyond so many.
 _MOST_UNANSWERED = 4
 
@@ -121,6 +122,7 @@ class _Child:
 
 
 def _main(descriptor: str, name: str, namespace: str, *arguments: str) -> None:
+    os.nice(_NICENESS)  # large messages give way to samples
     messages = socket.socket(fileno=int(descriptor))
 
     def make(name: str, context: Context) -> Node:
