@@ -286,7 +286,7 @@ def test_a_killed_process_of_large_messages_is_replaced_and_what_it_lost_is_coun
     assert counts["missed"] > 0
 
 
-def test_the_processes_of_large_messages_end_with_a_receiver_that_is_killed(
+def test_the_processes_of_large_messages_give_way_to_the_receiver_and_end_when_it_is_killed(
     app: MockDevice, node: Node, receiver: Receiver
 ) -> None:
     app.open(subscription(1, "/map", BYTES))
@@ -296,6 +296,8 @@ def test_the_processes_of_large_messages_end_with_a_receiver_that_is_killed(
     publisher.publish(UInt8MultiArray(data=b"1"))
     await_true(lambda: len(bulk_processes(receiver)) == 2)
     processes = bulk_processes(receiver)
+    own = psutil.Process(receiver.process.pid).nice()
+    await_true(lambda: all(it.nice() > own for it in processes))
     receiver.process.kill()
     await_true(lambda: not of_large_messages(processes))
 

@@ -1,5 +1,7 @@
 """Choosing the address at which headsets connect."""
 
+import gc
+import sys
 from argparse import Namespace
 from contextlib import ExitStack
 from pathlib import Path
@@ -92,6 +94,16 @@ def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
             said += capsys.readouterr().out
         with MockDevice(f"127.0.0.1:{port}", tls=certificate.context()) as device:
             device.connect()
+
+
+def test_a_collection_while_it_runs_visits_nothing_that_was_loaded_before(tmp_path: Path) -> None:
+    insecure = options(tmp_path, insecure=True, listen=("127.0.0.1", 0))
+    with SessionPort(insecure) as port:
+        server = new_server(port, only_config("battery: {enabled: true}"), FakeSink())
+        with running(server, port):
+            visited = {id(it) for it in gc.get_objects()}
+            assert not visited & {id(sys.modules), id(server)}
+    assert id(sys.modules) in {id(it) for it in gc.get_objects()}
 
 
 def test_small_messages_of_ros_are_marked_urgent_and_large_ones_give_way(tmp_path: Path) -> None:

@@ -194,3 +194,4 @@ def running(server: Server, port: SessionPort) -> Iterator[None]:
     finally:
         port.close()
         server.stop()
+        gc.unfreeze()
