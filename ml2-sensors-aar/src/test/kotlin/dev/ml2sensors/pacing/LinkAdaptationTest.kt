@@ -1,6 +1,7 @@
 package dev.ml2sensors.pacing
 
 import dev.ml2sensors.table.StreamTable
+import org.junit.jupiter.api.Tag
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.params.ParameterizedTest
 import org.junit.jupiter.params.provider.ValueSource
@@ -9,6 +10,7 @@ import kotlin.test.assertEquals
 import kotlin.test.assertNotEquals
 import kotlin.test.assertTrue
 
+@Tag("long-computation")
 class LinkAdaptationTest {
     @ParameterizedTest
     @ValueSource(ints = [260, 500, 1000])

@@ -4,12 +4,14 @@ import dev.ml2sensors.report
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 import org.junit.jupiter.api.AfterAll
+import org.junit.jupiter.api.Tag
 import org.junit.jupiter.api.Test
 import kotlin.math.max
 import kotlin.math.min
 import kotlin.test.assertTrue
 
 /** Measures the delay of small messages, and the share of a link that images use, on many links in virtual time. */
+@Tag("long-computation")
 class LinkScenarioTest {
     @Test
     fun smallMessagesAreOnTimeOnEveryLinkThatImagesFill() {
