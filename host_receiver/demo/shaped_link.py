@@ -130,26 +130,27 @@ def _veth(namespace: str, device: str, other: str, device_there: str) -> None:
 
 
 def _share(namespace: str, addresses: Mapping[str, str]) -> str:
-    """Forwards between devices of a namespace; returns the device that all packets leave by.
+    """Forwards between the devices of a namespace; returns the one whose output all packets are.
 
-    They come back through its peer, from which they are routed to their address.
+    They come back through its peer, and are then routed to their address.
 
     Args:
-        addresses: those of the machines that the devices lead to.
+        addresses: by device, those of the machines that the devices lead to.
     """
     out, back = "out", "back"
     run = functools.partial(_run, *_inside(namespace))
     _veth(namespace, out, namespace, back)
-    run("sysctl", "-qw", "net.ipv4.ip_forward=1", "net.ipv4.conf.all.rp_filter=0")
+    run("bash", "-c", "echo 1 > /proc/sys/net/ipv4/ip_forward")
+    for device in ("all", out, back, *addresses):
+        run("bash", "-c", f"echo 0 > /proc/sys/net/ipv4/conf/{device}/rp_filter")
     for device in (out, back, *addresses):
         run("ip", "link", "set", device, "up")
-        run("sysctl", "-qw", f"net.ipv4.conf.{device}.rp_filter=0")
     (peer,) = json.loads(run("ip", "-j", "link", "show", back))
     run("ip", "address", "add", "10.77.9.1/30", "dev", out)
     run("ip", "neigh", "add", "10.77.9.2", "lladdr", peer["address"], "dev", out)
     run("ip", "route", "add", "default", "via", "10.77.9.2", "table", "100")
     for device, address in addresses.items():
-        run("sysctl", "-qw", f"net.ipv4.conf.{device}.proxy_arp=1")
+        run("bash", "-c", f"echo 1 > /proc/sys/net/ipv4/conf/{device}/proxy_arp")
         run("ip", "route", "add", address, "dev", device)
         run("ip", "rule", "add", "iif", device, "lookup", "100")
     return out
