@@ -1,6 +1,7 @@
 #include "frame_cache.h"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -21,7 +22,7 @@ namespace {
 constexpr int kRendererVersion = 2;
 
 constexpr size_t kDrawingThreads = 2;
-/** Added to the niceness of the process for the threads that draw. */
+/** Added to the niceness of the process, not of the thread that asks, for the threads that draw. */
 constexpr int kNiceness = 5;
 
 /** FNV-1a. */
@@ -99,7 +100,8 @@ bool FrameCache::draw(const std::vector<Place> &places) {
                  [](const Place &place) { return place.cache->find(place.index) == nullptr; });
     std::atomic<size_t> next{0};
     const auto drawSome = [&] {
-        setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + kNiceness); // of this thread alone
+        // Of this thread alone. It inherits that of a thread with images; only root may raise it.
+        setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, getpid()) + kNiceness);
         for (size_t i = next++; i < wanted.size(); i = next++)
             wanted[i].cache->drawHere(wanted[i].index);
     };
