@@ -100,7 +100,7 @@ bool FrameCache::draw(const std::vector<Place> &places) {
                  [](const Place &place) { return place.cache->find(place.index) == nullptr; });
     std::atomic<size_t> next{0};
     const auto drawSome = [&] {
-        // Of this thread alone. It inherits that of a thread with images; only root may raise it.
+        // Linux sets it for this thread alone, which has inherited that of a thread with images.
         setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, getpid()) + kNiceness);
         for (size_t i = next++; i < wanted.size(); i = next++)
             wanted[i].cache->drawHere(wanted[i].index);

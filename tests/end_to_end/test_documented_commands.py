@@ -130,7 +130,7 @@ class Typed:
         if self.process.poll() is None:
             self.await_said()
             self.process.send_signal(signal.SIGINT)
-            # 1: a camera of `ml2-headset` still waits for its first image; 2: `pair` has paired nobody
+            # 1: a camera of `ml2-headset` waits for its first image; 2: `pair` has paired nobody
             self.end(0, 2, 130, *([1] if left_out(self.log) else []))
 
 
