@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
@@ -10,8 +11,16 @@ from lab import LIMIT_MS, Lab, new_page, running_lab
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Puts the tests without a lab first, since it fills a processor from its first test on."""
-    items.sort(key=lambda item: "lab" in getattr(item, "fixturenames", ()))
+    """Puts the tests without a lab first, since it fills a processor from its first test on.
+
+    Of a module, those that do not share a page come first, since that draws from its first test on.
+    """
+
+    def order(item: pytest.Item) -> tuple[bool, Path, bool]:
+        fixtures = getattr(item, "fixturenames", ())
+        return "lab" in fixtures, item.path, "page" in fixtures
+
+    items.sort(key=order)
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import rclpy
 from playwright.sync_api import Browser, Page, ViewportSize
@@ -69,17 +69,19 @@ def new_page(browser: Browser, color_scheme: Literal["dark", "light"] | None = N
     return context.new_page()
 
 
-def written_config(folder: Path) -> Path:
+def written_config(folder: Path, color_hz: int = 30, depth_hz: int = 30) -> Path:
     config = folder / "config.yaml"
-    off = {camera: {"enabled": False} for camera in _OFF}
-    config.write_text(compressed_config(picture_center=SMALL, **off))
+    changes: dict[str, dict[str, Any]] = {camera: {"enabled": False} for camera in _OFF}
+    changes["picture_center"] = SMALL | {"update_rate": color_hz}
+    changes["depth_center"] = {"update_rate": depth_hz}
+    config.write_text(compressed_config(**changes))
     return config
 
 
 @contextlib.contextmanager
 def running_lab(folder: Path) -> Iterator[Lab]:
     """Starts the processes, with their logs in `folder`, and ends them."""
-    config = written_config(folder)
+    config = written_config(folder, color_hz=15, depth_hz=5)
     environment = isolated_environment()
     with contextlib.ExitStack() as stack:
 

@@ -158,12 +158,13 @@ def test_a_page_whose_server_fails_says_why_and_comes_again(
         page.context.close()
 
 
-def test_a_page_without_one_of_its_files_says_so(browser: Browser, lab: Lab) -> None:
+def test_a_page_without_one_of_its_files_says_so(browser: Browser) -> None:
     page = new_page(browser)
     page.route("**/plots.js", lambda it: it.abort())
-    page.goto(lab.address)
-    expect(page.locator("#notice")).to_contain_text("Reload it.")
-    page.context.close()
+    with serving(ROWS) as served:
+        page.goto(f"{served.url}/#{served.token}")
+        expect(page.locator("#notice")).to_contain_text("Reload it.")
+        page.context.close()
 
 
 def test_a_frozen_page_slows_no_other(browser: Browser, lab: Lab, page: Page) -> None:

@@ -43,12 +43,12 @@ def test_a_sensor_is_switched_off_and_on(page: Page) -> None:
 
 def test_a_mode_and_a_format_reach_the_headset(page: Page) -> None:
     mode = page.get_by_label("mode of picture center")
-    expect(mode).to_have_value("0 640x480@30")
-    mode.select_option("0 1280x720@15")
-    expect(row(page, "picture_center")).to_contain_text("running, 1280x720@15 jpeg")
-    expect(page.locator(_COLOR)).to_contain_text("1280x720@15 jpeg")
+    expect(mode).to_have_value("0 640x480@15")
+    mode.select_option("0 1280x720@30")
+    expect(row(page, "picture_center")).to_contain_text("running, 1280x720@30 jpeg")
+    expect(page.locator(_COLOR)).to_contain_text("1280x720@30 jpeg")
     await_images(page, "color", width=1280)
-    mode.select_option("0 640x480@30")
+    mode.select_option("0 640x480@15")
     page.get_by_label("format of depth center").select_option("DepthRaw")
     await_images(page, "infra")
     expect(page.locator("[data-stream=depth]")).to_have_count(0)
@@ -94,13 +94,13 @@ def test_the_bound_of_the_link_reaches_the_receiver(page: Page) -> None:
 def test_a_refused_change_is_explained_beside_the_control(page: Page) -> None:
     color = row(page, "picture_center")
     mode = page.get_by_label("mode of picture center")
-    expect(mode).to_have_value("0 640x480@30")
+    expect(mode).to_have_value("0 640x480@15")
     # The page offers no mode that is refused.
     mode.evaluate("(it, value) => it.add(new Option('refused', value))", _REFUSED)
     mode.select_option(_REFUSED)
     expect(color.get_by_role("status")).to_contain_text("expected")
     expect(color.get_by_role("status")).to_contain_text("648")
-    expect(mode).to_have_value("0 640x480@30")
+    expect(mode).to_have_value("0 640x480@15")
 
 
 def test_what_was_changed_on_this_page_is_saved_and_nothing_else(page: Page, lab: Lab) -> None:
