@@ -37,7 +37,7 @@ class Proxy:
         self._captures = captures
         host, port = target.rsplit(":", 1)
         self._target = (host, int(port))
-        self._s_per_byte = 0.0 if bytes_per_s is None else 1 / bytes_per_s
+        self.limit(bytes_per_s)
         self._free_at_s = 0.0
         self._jitter_s = jitter_s
         self._lock = threading.Lock()
@@ -60,6 +60,10 @@ class Proxy:
         self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
         self.cut()
+
+    def limit(self, bytes_per_s: float | None) -> None:
+        """Sets the limit for all connections towards the target together; None for no limit."""
+        self._s_per_byte = 0.0 if bytes_per_s is None else 1 / bytes_per_s
 
     def cut(self) -> None:
         """Closes every connection, as a lost link does in the end; accepts new ones."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,19 +19,27 @@ from waiting_receiver import WaitingReceiver, waiting_receiver
 CONFIG = only("world_left: {enabled: true}, other_sensors: {enabled: true}")
 NEEDED_MBIT_PER_S = (240, 270)
 SLOW_BYTES_PER_S = 10e6
+LIMITS = (None, SLOW_BYTES_PER_S)
+
+type Links = dict[float | None, dict[str, Any]]
 
 
-def measured(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], Received]:
-    """Returns doctor's finding on a link, and all messages before, during and after its test."""
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Links, Received]:
+    """Doctor's findings on a link with each limit, and all messages of that time."""
+    folder = tmp_path_factory.mktemp("doctor")
     config = folder / "config.yaml"
     config.write_text(CONFIG)
     with contextlib.ExitStack() as stack:
         waiting = stack.enter_context(waiting_receiver(config, folder))
-        proxy = stack.enter_context(Proxy(waiting.address, bytes_per_s))
+        proxy = stack.enter_context(Proxy(waiting.address))
         command = headset_command(proxy.address, *STILL)
         headset = stack.enter_context(waiting.started("headset", command))
         waiting.await_reading(after_s=0.0)
-        found = doctor(waiting)
+        found: Links = {}
+        for bytes_per_s in LIMITS:
+            proxy.limit(bytes_per_s)
+            found[bytes_per_s] = doctor(waiting)
         headset.terminate()
         return found, waiting.result()
 
@@ -45,12 +52,13 @@ def doctor(waiting: WaitingReceiver) -> dict[str, Any]:
     return link
 
 
-@pytest.mark.parametrize("bytes_per_s", [None, SLOW_BYTES_PER_S])
+@pytest.mark.parametrize("bytes_per_s", LIMITS)
 def test_doctor_measures_the_link_and_every_lost_message_is_counted(
-    tmp_path: Path, bytes_per_s: float | None
+    measured: tuple[Links, Received], bytes_per_s: float | None
 ) -> None:
-    link, received = measured(tmp_path, bytes_per_s)
+    links, received = measured
     assert_counters_agree(received)
+    link = links[bytes_per_s]
     numbers = link["numbers"]
     free, streams = numbers["free_mbit_per_s"], numbers["streams_mbit_per_s"]
     least, most = NEEDED_MBIT_PER_S
