@@ -46,13 +46,6 @@ def test_a_word_like_no_other_is_not_guessed() -> None:
     assert "did you mean" not in error
 
 
-def run(*words: str) -> subprocess.CompletedProcess[str]:
-    """The command as a process, on a terminal of 80 columns."""
-    command = [sys.executable, "-m", "ml2_receiver", *words]
-    environment = os.environ | {"COLUMNS": "80"}
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-
-
 @pytest.mark.parametrize(
     ("output", "code", "said"),
     [
@@ -85,7 +78,9 @@ def test_neither_output_is_needed(output: str) -> None:
 
 
 def test_without_a_command_all_are_listed_in_groups_on_a_line_each() -> None:
-    done = run()
+    command = [sys.executable, "-m", "ml2_receiver"]
+    environment = os.environ | {"COLUMNS": "80"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (2, "")
     groups = ("everyday", "look", "record", "set up", "diagnose", "options")
     parts = re.split(rf"^({'|'.join(groups)}):$", done.stdout, flags=re.MULTILINE)
@@ -110,9 +105,7 @@ def test_without_a_command_all_are_listed_in_groups_on_a_line_each() -> None:
 def test_a_misspelt_option_is_guessed_with_the_usage_of_its_command(
     words: str, command: str, meant: str
 ) -> None:
-    done = run(*words.split())
-    assert done.returncode == 2
-    usage, *_, error = done.stderr.splitlines()
+    usage, *_, error = refusal(*words.split()).splitlines()
     assert usage.startswith(f"usage: {f'ml2-receiver {command}'.strip()} [")
     assert error.endswith(f"; did you mean {meant}?")
 

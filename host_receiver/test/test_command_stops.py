@@ -3,7 +3,6 @@
 import os
 import signal
 import struct
-import subprocess
 import sys
 import threading
 import time
@@ -11,10 +10,12 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from importlib.metadata import entry_points
 from pathlib import Path
+from subprocess import DEVNULL, PIPE
 
 import pytest
 
 from configurations import only
+from forked import ForkedPython
 from mock_device import MockDevice
 from repeated import begin, connected, repeated
 from ros_processes import Child, Receiver, environment
@@ -126,6 +127,13 @@ def started(words: str, given: dict[str, str], *program: str) -> Iterator[Child]
         yield child
 
 
+def script(folder: Path, code: str) -> str:
+    """Returns a file with it, which starts as a fork: what it tests comes after the imports."""
+    file = folder / "script.py"
+    file.write_text(code)
+    return str(file)
+
+
 def await_ready(child: Child, words: str) -> None:
     if words.startswith("evaluate"):  # whose output is its result
         child.await_error(LASTING[words])
@@ -203,8 +211,9 @@ def test_a_signal_ends_a_command_whose_main_thread_hangs(
 
 # Each thread but the main one and that of signals hangs at its next call: once this is told to, or
 # from its beginning with the environment's HANG.
-THREADS_HANG = """
+THREADS_HANG = f"""
 import os, sys, threading
+from ml2_receiver import stop_limit
 from ml2_receiver.cli import main
 
 def hang(*_):
@@ -218,6 +227,7 @@ def tell():
     sys.stdin.readline()
     threading.setprofile_all_threads(hang)
 
+stop_limit.STOP_S = {STOP_S}
 forever, hung = threading.Lock(), set()
 forever.acquire()
 if "HANG" in os.environ:
@@ -230,8 +240,10 @@ sys.exit(main())
 
 # echo has no other thread.
 @pytest.mark.parametrize("words", [it for it in LASTING if not it.startswith("echo")])
-def test_a_command_that_lasts_ends_whatever_thread_hangs(words: str, given: dict[str, str]) -> None:
-    with started(words, given, "-c", THREADS_HANG) as child:
+def test_a_command_that_lasts_ends_whatever_thread_hangs(
+    words: str, given: dict[str, str], tmp_path: Path
+) -> None:
+    with started(words, given, script(tmp_path, THREADS_HANG)) as child:
         await_ready(child, words)
         assert child.process.stdin is not None
         child.process.stdin.write("hang\n")
@@ -243,10 +255,10 @@ def test_a_command_that_lasts_ends_whatever_thread_hangs(words: str, given: dict
 
 @pytest.mark.parametrize("words", WAITING)
 def test_ctrl_c_ends_a_command_that_waits_whatever_thread_hangs(
-    words: str, given: dict[str, str], monkeypatch: pytest.MonkeyPatch
+    words: str, given: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HANG", "1")
-    with started(words, given, "-c", THREADS_HANG) as child:
+    with started(words, given, script(tmp_path, THREADS_HANG)) as child:
         while not child.line().startswith("hangs"):
             pass
         assert assert_ends_in_time(child, signal.SIGINT) in (0, 130, 2)
@@ -269,9 +281,9 @@ sys.exit(main())
 
 @pytest.mark.parametrize("words", WAITING)
 def test_ctrl_c_ends_a_command_that_waits_and_nothing_hangs(
-    words: str, given: dict[str, str]
+    words: str, given: dict[str, str], tmp_path: Path
 ) -> None:
-    with started(words, given, "-c", NODE_HEARS) as child:
+    with started(words, given, script(tmp_path, NODE_HEARS)) as child:
         while child.line() != "hears":
             pass
         assert assert_ends_in_time(child, signal.SIGINT) in (0, 130)
@@ -343,18 +355,27 @@ def test_the_script_hears_no_ctrl_c_that_it_would_lose(
         assert int(blocked, 16) & 1 << signal.SIGINT - 1
 
 
-# Starts a command, reads its output until it is ready, closes the pipe and hands on a signal.
-UNREAD = """
-import signal, subprocess, sys
-ready, *command = sys.argv[1:]
-child = subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE, text=True)
-signal.signal(signal.SIGINT, lambda *_: child.send_signal(signal.SIGINT))
-if not any(ready in line for line in child.stdout):
-    sys.exit(f"it ended without {ready}")
-child.stdout.close()
-print("closed", flush=True)
-sys.exit(child.wait() % 256 if child.wait() >= 0 else 141)
-"""
+@contextmanager
+def started_as_fork(words: str, given: dict[str, str], stdout: int) -> Iterator[ForkedPython]:
+    named = (given.get(it, it) for it in words.split())
+    with ForkedPython(
+        [sys.executable, "-m", "ml2_receiver", *named],
+        env=environment(),
+        stdin=DEVNULL,
+        stdout=stdout,
+        stderr=PIPE,
+        text=True,
+    ) as child:
+        try:
+            yield child
+        finally:
+            child.kill()
+
+
+def code_without_traceback(child: ForkedPython) -> int:
+    _, errors = child.communicate(timeout=LIMIT_S)
+    assert not has_traceback(errors.splitlines())
+    return child.returncode
 
 
 # evaluate says on standard error that it works.
@@ -362,12 +383,14 @@ sys.exit(child.wait() % 256 if child.wait() >= 0 else 141)
 def test_a_command_that_lasts_ends_when_nobody_reads_its_output_any_more(
     words: str, given: dict[str, str]
 ) -> None:
-    named = [given.get(it, it) for it in words.split()]
-    with Child("-c", UNREAD, LASTING[words], "-m", "ml2_receiver", *named) as child:
-        assert child.line() == "closed"
+    with started_as_fork(words, given, PIPE) as child:
+        assert child.stdout is not None
+        assert any(LASTING[words] in line for line in child.stdout)
+        child.stdout.close()
+        child.send_signal(signal.SIGINT)
         # 1 of rich, which sees it first.
-        assert child.end(signal.SIGINT) in (0, INCOMPLETE.get(named[0], 0), 1, 141)
-        assert not has_traceback(child.errors)
+        allowed = (0, INCOMPLETE.get(words.split()[0], 0), 1, 141, -signal.SIGPIPE)
+        assert code_without_traceback(child) in allowed
 
 
 @pytest.mark.parametrize("words", [*BRIEF, *PRINTING])
@@ -376,17 +399,7 @@ def test_a_command_whose_output_nobody_reads_has_no_traceback(
 ) -> None:
     reading, writing = os.pipe()
     os.close(reading)
-    run = subprocess.run(
-        [sys.executable, "-m", "ml2_receiver", *(given.get(it, it) for it in words.split())],
-        env=environment(),
-        stdin=subprocess.DEVNULL,
-        stdout=writing,
-        stderr=subprocess.PIPE,
-        text=True,
-        timeout=LIMIT_S,
-        check=False,
-    )
-    os.close(writing)
-    assert not has_traceback(run.stderr.splitlines())
-    # 0 of argparse, 1 of rich, which see it first; 2 of what fails before it prints.
-    assert run.returncode in (0, 1, 2, 141, -signal.SIGPIPE)
+    with started_as_fork(words, given, writing) as child:
+        os.close(writing)
+        # 0 of argparse, 1 of rich, which see it first; 2 of what fails before it prints.
+        assert code_without_traceback(child) in (0, 1, 2, 141, -signal.SIGPIPE)

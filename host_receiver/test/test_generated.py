@@ -16,23 +16,29 @@ def check(root: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=False)
 
 
-@pytest.fixture
-def copy(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def current(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("current")
     ignored = shutil.ignore_patterns("__pycache__", ".*")
     shutil.copytree(
         ROOT / "host_receiver/ml2_receiver",
-        tmp_path / "host_receiver/ml2_receiver",
+        root / "host_receiver/ml2_receiver",
         symlinks=True,
         ignore=ignored,
     )
     generated = (f"{KOTLIN}/table", f"{KOTLIN}/generated", "native/generated")
     messages = "host_receiver/environment/messages"
     for folder in ("config", "docs", "unity_package", messages, *generated):
-        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
+        shutil.copytree(ROOT / folder, root / folder, ignore=ignored)
     for file in ("pom.xml", "README.md"):
-        shutil.copy(ROOT / file, tmp_path)
-    assert check(tmp_path).returncode == 0
-    return tmp_path
+        shutil.copy(ROOT / file, root)
+    assert check(root).returncode == 0
+    return root
+
+
+@pytest.fixture
+def copy(current: Path, tmp_path: Path) -> Path:
+    return shutil.copytree(current, tmp_path / "copy", symlinks=True)
 
 
 def test_generated_files_are_current() -> None:

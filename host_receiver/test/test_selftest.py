@@ -18,7 +18,7 @@ from ml2_tools.selftest.cameras import EYES, WORLD
 from ml2_tools.selftest.evidence import Evidence, StreamEvidence
 from ml2_tools.selftest.judge import judge
 from ml2_tools.selftest.motion import MAGNETOMETERS, UNITS
-from ml2_tools.selftest.verdict import as_objects
+from ml2_tools.selftest.verdict import Verdict, as_objects
 
 FACTS: Mapping[str, Any] = yaml.safe_load(
     (Path(__file__).parents[2] / "config/facts.yaml").read_text("utf-8")
@@ -324,6 +324,13 @@ OTHERWISE: Mapping[str, tuple[Callable[[Sessions], None], Any]] = {
 }
 
 
+@functools.cache
+def verdicts_otherwise(fact: str) -> list[Verdict]:
+    sessions = sound()
+    OTHERWISE[fact][0](sessions)
+    return judge(evidence_of(sessions))
+
+
 def tilted(vector: Any) -> Any:
     return Rotation.from_euler("z", 45, degrees=True).apply(vector)
 
@@ -340,10 +347,8 @@ def test_a_headset_as_assumed_confirms_every_fact_that_recordings_can_tell() -> 
 
 @pytest.mark.parametrize("fact", OTHERWISE)
 def test_of_a_headset_that_differs_in_one_fact_only_this_row_differs(fact: str) -> None:
-    sessions = sound()
-    change, measured = OTHERWISE[fact]
-    change(sessions)
-    (found,) = [it for it in judge(evidence_of(sessions)) if it.verdict == "differs"]
+    _, measured = OTHERWISE[fact]
+    (found,) = [it for it in verdicts_otherwise(fact) if it.verdict == "differs"]
     assert found.fact == fact
     if isinstance(measured, str):
         assert measured in str(found.measured)
@@ -355,9 +360,7 @@ def test_of_a_headset_that_differs_in_one_fact_only_this_row_differs(fact: str) 
 
 @pytest.mark.parametrize("fact", OTHERWISE)
 def test_a_switch_is_a_legal_value_of_a_key_that_the_fact_names(fact: str) -> None:
-    sessions = sound()
-    OTHERWISE[fact][0](sessions)
-    (found,) = [it for it in judge(evidence_of(sessions)) if it.fact == fact]
+    (found,) = [it for it in verdicts_otherwise(fact) if it.fact == fact]
     if not found.switch:
         return
     key, _, value = found.switch.partition("=")
