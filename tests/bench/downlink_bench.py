@@ -55,7 +55,7 @@ from processes import (
 from simulation import compressed_config
 
 RESULTS = ROOT / "build" / "bench" / "downlink.json"
-SMALL_TYPE, LARGE_TYPE = "std_msgs/msg/String", "std_msgs/msg/UInt8MultiArray"
+LARGE_TYPE = "std_msgs/msg/UInt8MultiArray"
 
 
 class Kind(NamedTuple):
@@ -67,8 +67,9 @@ class Kind(NamedTuple):
     length: int
 
 
-SMALL = Kind("/bench/of_100_b", SMALL_TYPE, 1000, 0)
-LARGE = (
+SMALL = Kind("/bench/of_100_b", "std_msgs/msg/String", 1000, 0)
+KINDS = (
+    SMALL,
     Kind("/bench/of_1_mb", LARGE_TYPE, 20, 1_000_000),
     Kind("/bench/of_16_mib", LARGE_TYPE, 1, (16 << 20) - 16),
 )
@@ -85,7 +86,7 @@ class Arrivals:
     """The latency of each message that the headset prints, by topic; a thread reads the lines."""
 
     def __init__(self, headset: subprocess.Popen[str]) -> None:
-        self.latencies_ns: dict[str, list[int]] = {kind.topic: [] for kind in (SMALL, *LARGE)}
+        self.latencies_ns: dict[str, list[int]] = {kind.topic: [] for kind in KINDS}
         self._headset = headset
         self._changed = threading.Condition()
         threading.Thread(target=self._read, daemon=True).start()
@@ -125,19 +126,17 @@ def main(duration_s: float) -> None:
         command = receive_command(config, "127.0.0.1:0", security=keys)
         receiver = stack.enter_context(process(command, dict(os.environ), logs / "receiver.log"))
         address = listening_address(receiver)
-        subscribe = (
-            word for kind in (SMALL, *LARGE) for word in ("--subscribe", kind.topic, kind.type)
-        )
+        subscribe = (word for kind in KINDS for word in ("--subscribe", kind.topic, kind.type))
         command = headset_command(address, *subscribe, security=keys)
         headset = stack.enter_context(process(command, dict(os.environ), logs / "headset.log"))
         arrivals = Arrivals(headset)
         imu = stack.enter_context(Player("ages", _IMU, "sensor_msgs/msg/Imu"))
         imu.line()
-        publishers = [_publisher(stack, kind, arrivals) for kind in (SMALL, *LARGE)]
+        publishers = [_publisher(stack, kind, arrivals) for kind in KINDS]
         time.sleep(_WARM_UP_S)
         pids = {"receiver": receiver.pid, "headset": headset.pid}
         results: dict[str, Any] = {"duration_s": duration_s, "turns": _TURNS}
-        for kind, publisher in zip((SMALL, *LARGE), publishers, strict=True):
+        for kind, publisher in zip(KINDS, publishers, strict=True):
             of_kind = _turns(kind, publisher, arrivals, imu, pids, duration_s / _TURNS)
             results[Path(kind.topic).name] = of_kind
     RESULTS.write_text(json.dumps(results, indent=2) + "\n")
@@ -145,7 +144,7 @@ def main(duration_s: float) -> None:
 
 def _publisher(stack: ExitStack, kind: Kind, arrivals: Arrivals) -> Player:
     """Starts a publisher, whose first second, slower as that of any program, has passed."""
-    arguments = (kind.topic, str(kind.rate_hz), *((str(kind.length),) if kind.length else ()))
+    arguments = kind.topic, str(kind.rate_hz), str(kind.length or "")
     publisher = stack.enter_context(Player("publisher", *arguments))
     publisher.line()
     publisher.usage(kind.rate_hz)
@@ -202,7 +201,7 @@ def _means(turns: list[dict[str, float]]) -> dict[str, float]:
 def _config() -> str:
     tree = yaml.safe_load(compressed_config())
     (node,) = tree.values()
-    node["ros__parameters"]["app"] = {"subscribe": [kind.topic for kind in (SMALL, *LARGE)]}
+    node["ros__parameters"]["app"] = {"subscribe": [kind.topic for kind in KINDS]}
     return yaml.safe_dump(tree)
 
 
