@@ -139,10 +139,14 @@ def _share(namespace: str, addresses: Mapping[str, str]) -> str:
     """
     out, back = "out", "back"
     run = functools.partial(_run, *_inside(namespace))
+
+    def set_ipv4(parameter: str, value: int) -> None:
+        run("bash", "-c", f"echo {value} > /proc/sys/net/ipv4/{parameter}")
+
     _veth(namespace, out, namespace, back)
-    run("bash", "-c", "echo 1 > /proc/sys/net/ipv4/ip_forward")
+    set_ipv4("ip_forward", 1)
     for device in ("all", out, back, *addresses):
-        run("bash", "-c", f"echo 0 > /proc/sys/net/ipv4/conf/{device}/rp_filter")
+        set_ipv4(f"conf/{device}/rp_filter", 0)
     for device in (out, back, *addresses):
         run("ip", "link", "set", device, "up")
     (peer,) = json.loads(run("ip", "-j", "link", "show", back))
@@ -150,7 +154,7 @@ def _share(namespace: str, addresses: Mapping[str, str]) -> str:
     run("ip", "neigh", "add", "10.77.9.2", "lladdr", peer["address"], "dev", out)
     run("ip", "route", "add", "default", "via", "10.77.9.2", "table", "100")
     for device, address in addresses.items():
-        run("bash", "-c", f"echo 1 > /proc/sys/net/ipv4/conf/{device}/proxy_arp")
+        set_ipv4(f"conf/{device}/proxy_arp", 1)
         run("ip", "route", "add", address, "dev", device)
         run("ip", "rule", "add", "iif", device, "lookup", "100")
     return out
