@@ -190,7 +190,7 @@ def test_what_went_wrong_is_said(
 
 
 def test_an_app_that_does_not_answer(adb: Adb, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(app, "_ANSWER_TIMEOUT_S", 0.5)
+    monkeypatch.setattr(app, "_REPLY_TIMEOUT_S", 0.5)
     adb.set(silent=True)
     assert "did not answer" in refusal("headset", "stop")
 

@@ -6,6 +6,7 @@ import threading
 import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -414,6 +415,42 @@ def test_requests_of_the_time_tell_the_pacing_how_long_they_took(
         asked = frame(Kind.TIME_REQUEST, body=(1_000_000).to_bytes(8, "little"))
         io.answer_time(asked, received_ns=3_500_000)
     assert ways_s == pytest.approx([0.0025])
+
+
+class Watched(PlainTransport):
+    """Tells when what is sent waits for room."""
+
+    def __init__(self, connected: socket.socket) -> None:
+        super().__init__(connected)
+        self.waits = threading.Event()
+
+    def send_all(self, data: bytes | memoryview) -> None:
+        self.waits.set()
+        super().send_all(data)
+
+
+def test_the_failure_of_a_request_too_many_waits_until_the_app_reads(openings: Openings) -> None:
+    connected, peer = socket.socketpair()
+    with connected, peer, ThreadPoolExecutor(1) as pool:
+        peer.settimeout(LIMIT_S)
+        transport = Watched(connected)
+        io = ConnectionIO(transport, Connection("", 0, 0, lane=ROS, openings=openings))
+        for number in range(16):
+            io.pass_on(frame(Kind.REQUEST, CLIENT, number, PAYLOAD, 1), openings)
+        unread = 0
+        with suppress(BlockingIOError):
+            while True:
+                unread += connected.send(bytes(1 << 16), socket.MSG_DONTWAIT)
+        passed = pool.submit(io.pass_on, frame(Kind.REQUEST, CLIENT, 16, PAYLOAD, 1), openings)
+        await_true(lambda: transport.waits.is_set() or passed.done())
+        assert not passed.done()
+        while unread:
+            unread -= len(peer.recv(unread))
+        parser = FrameParser(Side.RECEIVER, ROS, has_openings=True)
+        (found,) = parser.feed(memoryview(peer.recv(1 << 16)))
+        passed.result(LIMIT_S)
+        assert Failure.parse(found.body).code == "busy"
+        assert not io.is_aborted
 
 
 def test_messages_beyond_max_hz_have_no_number(

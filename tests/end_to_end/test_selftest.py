@@ -19,7 +19,7 @@ from adb_stand_in import APP, SERIAL, installed
 from configurations import only
 from ml2_receiver.errors import RecordingError
 from ml2_tools.bags.bag_reader import Bag
-from ml2_tools.selftest.evidence import Evidence, Session, read_session
+from ml2_tools.selftest.evidence import Evidence, SessionStreams, read_session
 from ml2_tools.selftest.judge import judge, judge_fact
 from ml2_tools.selftest.pairing import pair
 from ml2_tools.selftest.sessions import STEPS, Sections
@@ -153,7 +153,7 @@ def duration_s(walk: Path) -> float:
 
 def _evidence(folder: Path, walk: Path) -> Evidence:
     try:
-        session: Session = read_session(walk)
+        session: SessionStreams = read_session(walk)
     except RecordingError:  # nothing is written yet
         session = {}
     file = folder / "headset.log"

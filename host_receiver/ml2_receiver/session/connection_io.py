@@ -125,13 +125,18 @@ class ConnectionIO:
             openings.downlink.pacing.requested((received_ns - asked_ns) * 1e-9)
 
     def pass_on(self, frame: Frame, openings: Openings) -> None:
-        """Passes on a frame of an opening; sends FAILURE if it is a request too many."""
+        """Passes on a frame of an opening; sends FAILURE if it is a request too many.
+
+        That waits for the writer and for room: a peer that does not read can ask no more.
+        """
         lane, header = self.connection.lane, frame.header
         failure = openings.received(lane.name if lane else "", frame)
         if failure is not None:
             fields = {"channel": header.channel, "sequence": header.sequence}
             body = failure.to_bytes()
-            self._write(encode_frame(Kind.FAILURE, body, **fields, send_ns=time.time_ns()))
+            sent = encode_frame(Kind.FAILURE, body, **fields, send_ns=time.time_ns())
+            with suppress(OSError):  # the peer has disconnected, which the reader will notice
+                self._send_all([sent])
 
     def _write(self, data: bytes) -> None:
         """Sends without waiting, for the session waits too; aborts the connection if it is full.

@@ -19,7 +19,7 @@ from .adb import adb, secret_shell, shell
 _INSTALL_HINT = "Install the app of this release: `ml2-receiver headset install`."
 PACKAGE = "dev.ml2sensors.app"
 # Longer than pairing takes, the slowest command.
-_ANSWER_TIMEOUT_S = 30.0
+_REPLY_TIMEOUT_S = 30.0
 _POLL_S = 0.2
 
 
@@ -62,7 +62,7 @@ class StreamStatus:
 
 @dataclass(frozen=True)
 class Reply(JsonBody):
-    """One line of the app's answer; `more` lines follow."""
+    """One line of the app's reply; `more` lines follow."""
 
     request: str
     more: int
@@ -105,7 +105,7 @@ def grant(permission: str) -> None:
 
 
 def _send_command(action: str, run: Callable[..., str] = shell, **extras: str) -> Sequence[Reply]:
-    """Sends a command with extras, and returns the app's answer.
+    """Sends a command with extras, and returns the app's reply.
 
     Raises:
         AdbError: adb failed, the app is not installed, or it answered with an error.
@@ -126,13 +126,13 @@ def _send_command(action: str, run: Callable[..., str] = shell, **extras: str) -
 
 
 def _replies(request: str) -> Sequence[Reply]:
-    deadline = time.monotonic() + _ANSWER_TIMEOUT_S
+    deadline = time.monotonic() + _REPLY_TIMEOUT_S
     while time.monotonic() < deadline:
         replies = _logged_replies(request)
         if replies and replies[-1].more == 0:
             return replies
         time.sleep(_POLL_S)
-    message = f"the app did not answer within {_ANSWER_TIMEOUT_S:.0f} s"
+    message = f"the app did not answer within {_REPLY_TIMEOUT_S:.0f} s"
     raise AdbError(message, hint=_INSTALL_HINT)
 
 
@@ -145,5 +145,5 @@ def _logged_replies(request: str) -> Sequence[Reply]:
     try:
         return [Reply.parse(it.encode()) for it in log.splitlines() if f'"{request}"' in it]
     except ProtocolError as error:
-        message = f"the app's answer does not fit this version of the receiver: {error.message}"
+        message = f"the app's reply does not fit this version of the receiver: {error.message}"
         raise AdbError(message, hint=_INSTALL_HINT) from error

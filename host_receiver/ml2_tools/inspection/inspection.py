@@ -9,7 +9,7 @@ from ml2_receiver.errors import RecordingError
 from ..bags.bag_reader import Bag
 from .check import VERDICTS, Check, Verdict
 from .coverage import coverage
-from .pairing import pairing
+from .partners import partners
 from .survey import survey
 from .timing import timing
 from .transform_stamps import transform_stamps
@@ -28,7 +28,7 @@ def inspect(bag: Bag, on_bytes: Callable[[int], None] = lambda _: None) -> list[
     """
     found = survey(bag, on_bytes)
     checks = [check for name, topic in found.topics.items() for check in timing(name, topic)]
-    checks += [*pairing(found), *coverage(found), *transform_stamps(found)]
+    checks += [*partners(found), *coverage(found), *transform_stamps(found)]
     if worst(checks) != "wrong" and not any(topic.stamps for topic in found.topics.values()):
         topics = ", ".join(f"{name} ({topic.type})" for name, topic in found.topics.items())
         raise RecordingError(

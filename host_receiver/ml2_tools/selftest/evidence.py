@@ -93,7 +93,7 @@ class StreamEvidence:
         return (times_ns[:, 1] - times_ns[:, 0]) / 1e6
 
 
-type Session = Mapping[str, StreamEvidence]
+type SessionStreams = Mapping[str, StreamEvidence]
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class Evidence:
         is_behind_adb: True if commands over adb have done what they should.
     """
 
-    sessions: Sequence[Session]
+    sessions: Sequence[SessionStreams]
     log: Sequence[str] | None = None
     is_encrypted: bool | None = None
     is_behind_adb: bool = False
@@ -151,7 +151,7 @@ class Evidence:
         return f"no recording has samples of {id}{asked and f' with {asked}'}"
 
 
-def read_session(folder: Path) -> Session:
+def read_session(folder: Path) -> SessionStreams:
     """Reads one recording.
 
     Raises:

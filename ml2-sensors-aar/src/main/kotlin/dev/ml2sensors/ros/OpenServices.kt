@@ -53,7 +53,7 @@ internal abstract class OpenServices<T : Any>(private val named: (T) -> NamedSer
         if (lanes != null) synchronized(this@OpenServices) { sessionBegins(this, lanes) }
         try {
             while (true) {
-                if (lanes == null) refuseAll() else follow(lanes)
+                if (lanes == null) refuseAll() else serveOn(lanes)
                 changes.receive()
             }
         } finally {
@@ -61,7 +61,7 @@ internal abstract class OpenServices<T : Any>(private val named: (T) -> NamedSer
         }
     }
 
-    private suspend fun follow(lanes: OpeningLanes) {
+    private suspend fun serveOn(lanes: OpeningLanes) {
         for (id in takeClosed()) lanes.close(id)
         for (service in unopened()) {
             val id = lanes.nextId()

@@ -98,7 +98,7 @@ internal class Subscriptions : AppOpenings {
     }
 
     override suspend fun serve(lanes: OpeningLanes?): Unit = try {
-        if (lanes == null) refuseAll() else follow(lanes)
+        if (lanes == null) refuseAll() else serveOn(lanes)
     } finally {
         synchronized(this) { open.clear() }
     }
@@ -113,7 +113,7 @@ internal class Subscriptions : AppOpenings {
         }
     }
 
-    private suspend fun follow(lanes: OpeningLanes) {
+    private suspend fun serveOn(lanes: OpeningLanes) {
         while (true) {
             for (id in takeUnwanted()) lanes.close(id)
             for (subscription in unopened()) {

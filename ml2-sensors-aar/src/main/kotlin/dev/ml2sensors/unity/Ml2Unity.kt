@@ -133,9 +133,9 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         if (isClosed) return false
         stop()
         run = next
-        inboxes.follow(next)
-        publishers.follow(next.streamer)
-        services.follow(next.streamer)
+        inboxes.use(next)
+        publishers.use(next.streamer)
+        services.use(next.streamer)
         scope.launch { running.withLock { next.run { changed() } } }
         return true
     }

@@ -34,7 +34,7 @@ internal class UnityInboxes(private val scope: CoroutineScope) {
         var job: Job? = null
 
         /** Held by the messages of one run at a time, until none comes any more. */
-        val following = Mutex()
+        val taking = Mutex()
 
         @Volatile
         var refusal = ""
@@ -56,7 +56,7 @@ internal class UnityInboxes(private val scope: CoroutineScope) {
         val keep = if (depth == 1) Keep.Latest else Keep.All(depth)
         val subscription = Subscription(topic, type, hash.ifEmpty { null }, keep, maxHz.takeIf { it != 0.0 })
         subscriptions[subscription.inbox.number] = subscription
-        run?.let { follow(subscription, it) }
+        run?.let { use(subscription, it) }
         return subscription.inbox.number
     }
 
@@ -75,14 +75,14 @@ internal class UnityInboxes(private val scope: CoroutineScope) {
 
     /** Takes messages of [next] from now on. */
     @Synchronized
-    fun follow(next: Topics) {
+    fun use(next: Topics) {
         run = next
-        subscriptions.values.forEach { follow(it, next) }
+        subscriptions.values.forEach { use(it, next) }
     }
 
-    private fun follow(subscription: Subscription, run: Topics) {
+    private fun use(subscription: Subscription, run: Topics) {
         subscription.job?.cancel()
-        subscription.job = scope.launch { subscription.following.withLock { subscription.take(run) } }
+        subscription.job = scope.launch { subscription.taking.withLock { subscription.take(run) } }
     }
 
     private suspend fun Subscription.take(run: Topics) {

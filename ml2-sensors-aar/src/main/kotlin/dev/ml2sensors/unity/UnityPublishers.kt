@@ -52,7 +52,7 @@ internal class UnityPublishers {
         StreamTable.customTopics.topic(name, type, known = topics.size)
         val opened = Topic(name, kind, depth)
         topics += opened
-        streamer?.let { follow(opened, it) }
+        streamer?.let { use(opened, it) }
         thread(isDaemon = true, name = "ml2s $name") { opened.outbox.forEach(opened::publish) }
         return opened.outbox.number
     }
@@ -64,12 +64,12 @@ internal class UnityPublishers {
 
     /** Publishes by [next] from now on. */
     @Synchronized
-    fun follow(next: Ml2Streamer) {
+    fun use(next: Ml2Streamer) {
         streamer = next
-        topics.forEach { follow(it, next) }
+        topics.forEach { use(it, next) }
     }
 
-    private fun follow(topic: Topic, streamer: Ml2Streamer) {
+    private fun use(topic: Topic, streamer: Ml2Streamer) {
         topic.publisher = with(topic.kind) { streamer.publisher(topic.name, type, isLatched, isLarge) }
     }
 

@@ -48,7 +48,7 @@ internal class UnityServices(private val scope: CoroutineScope) {
         NamedService(kind, name, type, layout = null)
         val service = make()
         services[service.outbox.number] = service
-        streamer?.let(service::follow)
+        streamer?.let(service::use)
         thread(isDaemon = true, name = "ml2s $name") { service.outbox.forEach(service::take) }
         return service.outbox.number
     }
@@ -69,9 +69,9 @@ internal class UnityServices(private val scope: CoroutineScope) {
 
     /** Calls and offers them through [next] from now on. */
     @Synchronized
-    fun follow(next: Ml2Streamer) {
+    fun use(next: Ml2Streamer) {
         streamer = next
-        services.values.forEach { it.follow(next) }
+        services.values.forEach { it.use(next) }
     }
 
     @Synchronized
@@ -87,7 +87,7 @@ private abstract class UnityService {
     /** The reason for which ROS does not have the service; null if it has. */
     open val refusal: String? get() = null
 
-    abstract fun follow(streamer: Ml2Streamer)
+    abstract fun use(streamer: Ml2Streamer)
 
     /** Takes what C# has sent. */
     abstract fun take(message: LocalOutbox.Message)
@@ -111,7 +111,7 @@ private class CalledService(private val name: String, private val type: String, 
     @Volatile
     private var client: ServiceClient<ByteArray, ByteArray>? = null
 
-    override fun follow(streamer: Ml2Streamer) {
+    override fun use(streamer: Ml2Streamer) {
         client = streamer.clients.client(name, type)
     }
 
@@ -146,7 +146,7 @@ private class OfferedService(private val name: String, private val type: String)
 
     override val refusal get() = (server?.state?.value as? ServiceServer.State.Refused)?.reason
 
-    override fun follow(streamer: Ml2Streamer) {
+    override fun use(streamer: Ml2Streamer) {
         server = streamer.servers.offer(name, type, ::respond)
     }
 

@@ -72,7 +72,7 @@ class UnityInboxesTest {
         val inbox = inboxes.subscribe("/joints", "my_msgs/msg/Joints", "", 5, 0.0)
         for (number in 1..2) {
             val run = Run()
-            inboxes.follow(run)
+            inboxes.use(run)
             assertEquals("/joints my_msgs/msg/Joints All(depth=5) null null", run.wanted.receive())
             run.send(1, 2)
             run.send(3)
@@ -84,7 +84,7 @@ class UnityInboxesTest {
     @Test
     fun aTopicIsSubscribedToWhileARunGoesOn() = test {
         val run = Run()
-        inboxes.follow(run)
+        inboxes.use(run)
         val inbox = inboxes.subscribe("/joints", "my_msgs/msg/Joints", "RIHS01_", 1, 2.5)
         assertEquals("/joints my_msgs/msg/Joints Latest 2.5 RIHS01_", run.wanted.receive())
         run.send(7)
@@ -98,11 +98,11 @@ class UnityInboxesTest {
     fun theReasonOfARefusalIsTheReceiversUntilTheNextStart() = test {
         val inbox = inboxes.subscribe("/joints", "my_msgs/msg/Joints", "", 1, 0.0)
         assertEquals("", inboxes.refusal(inbox))
-        inboxes.follow { _, _, _, _, _ -> flow { throw SubscriptionException.notServed("/joints") } }
+        inboxes.use { _, _, _, _, _ -> flow { throw SubscriptionException.notServed("/joints") } }
         eventually { "serves no subscriptions" in inboxes.refusal(inbox) }
-        inboxes.follow { _, _, _, _, _ -> throw IllegalArgumentException("no name") }
+        inboxes.use { _, _, _, _, _ -> throw IllegalArgumentException("no name") }
         eventually { inboxes.refusal(inbox) == "no name" }
-        inboxes.follow(Run())
+        inboxes.use(Run())
         eventually { inboxes.refusal(inbox) == "" }
     }
 
@@ -116,9 +116,9 @@ class UnityInboxesTest {
             begun++
             flow { withContext(NonCancellable) { isOver.await() } }
         }
-        inboxes.follow(run)
+        inboxes.use(run)
         runCurrent()
-        repeat(2) { inboxes.follow(run) }
+        repeat(2) { inboxes.use(run) }
         runCurrent()
         assertEquals(1, begun)
         isOver.complete(Unit)

@@ -49,7 +49,7 @@ class UnityPublishersTest {
     @Test
     fun messagesArriveWhetherTheirTopicIsOpenedBeforeOrAfterTheStart() {
         val before = open("custom/before")
-        publishers.follow(fixture.streamer)
+        publishers.use(fixture.streamer)
         val session = fixture.start(CUSTOM)
         val after = open("custom/after")
         assertEquals(after, open("after"))
@@ -68,7 +68,7 @@ class UnityPublishersTest {
     @Test
     fun aHeaderHasTheRosTimeOfTheCapture() {
         val outbox = publishers.open("pose", TYPE, false, false, true, 10)
-        publishers.follow(fixture.streamer)
+        publishers.use(fixture.streamer)
         val session = fixture.start(CUSTOM)
         session.awaitWhile("custom/pose") { add(outbox, message(7) + ByteArray(20), fixture.now) }
         val frame = session.awaitData("custom/pose").first()
@@ -81,7 +81,7 @@ class UnityPublishersTest {
     @Test
     fun latchedLargeAndAbsoluteTopicsAreAnnouncedAsSuch() {
         val outbox = publishers.open("/map", TYPE, true, true, false, 1)
-        publishers.follow(fixture.streamer)
+        publishers.use(fixture.streamer)
         val session = fixture.start(CUSTOM, ros = true)
         val channel = session.channels().getValue("/map")
         assertEquals(
@@ -110,7 +110,7 @@ class UnityPublishersTest {
     fun aTopicThatTheReceiverDoesNotPublishSaysWhy() = runBlocking<Unit> {
         val thing = open("thing")
         assertEquals("", publishers.refusal(thing))
-        publishers.follow(fixture.streamer)
+        publishers.use(fixture.streamer)
         val session = fixture.start(CUSTOM)
         val id = session.channels().getValue("custom/thing").getValue("id")
         session.write(
@@ -161,7 +161,7 @@ class UnityServicesTest {
 
     @Test
     fun aCallThatBeginsBeforeTheSessionHasItsResponseOrTheReasonOfItsFailure() {
-        services.follow(fixture.streamer)
+        services.use(fixture.streamer)
         val client = services.call("/pause", SetBool.name)
         val responses = services.inbox(client)
         call(client, number = 7, TEST_LIMIT)
@@ -193,7 +193,7 @@ class UnityServicesTest {
         val client = services.call("/pause", SetBool.name)
         call(client, number = 1, TEST_LIMIT)
         assertEquals("the streamer is not started", reason(client, ServiceException.Reason.LINK_DOWN))
-        services.follow(fixture.streamer)
+        services.use(fixture.streamer)
         call(client, number = 2, 1.milliseconds)
         assertContains(reason(client, ServiceException.Reason.LINK_DOWN), "no connection for 1ms")
     }
@@ -219,7 +219,7 @@ class UnityServicesTest {
     fun requestsAreAnsweredByTheirNumbersOrFail() {
         val server = services.offer("custom/pause", SetBool.name)
         val requests = services.inbox(server)
-        services.follow(fixture.streamer)
+        services.use(fixture.streamer)
         val session = fixture.start("{}", ros = true)
         val open = session.await(HostFrame.OPEN).json
         assertEquals(
@@ -246,7 +246,7 @@ class UnityServicesTest {
     fun aServiceThatRosDoesNotHaveSaysWhy() = runBlocking<Unit> {
         val server = services.offer("/pause", SetBool.name)
         assertEquals("", services.refusal(server))
-        services.follow(fixture.streamer)
+        services.use(fixture.streamer)
         val session = fixture.start("{}", ros = true)
         session.await(HostFrame.OPEN)
         session.write(HostFrame.OPENED, """{"id": 1, "result": "refused", "reason": "no rule"}""")

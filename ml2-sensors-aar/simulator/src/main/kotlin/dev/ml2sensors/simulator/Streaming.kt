@@ -24,7 +24,7 @@ import kotlinx.coroutines.launch
 import kotlin.time.Duration
 
 /**
- * Streams [headset] over [link] and logs what happens, until a recording ends, [duration] has passed since the first
+ * Streams [headset] over [connection] and logs what happens, until a recording ends, [duration] has passed since the first
  * sample, or [stop] is completed. Calls [onFirstSample] at the first sample. Publishes [AppUptime] if the receiver
  * takes custom topics, and what [app] says.
  *
@@ -32,7 +32,7 @@ import kotlin.time.Duration
  */
 internal suspend fun stream(
     headset: Headset,
-    link: ConnectionSettings,
+    connection: ConnectionSettings,
     duration: Duration?,
     stop: CompletableDeferred<String>,
     app: AppParts,
@@ -40,12 +40,12 @@ internal suspend fun stream(
     onFirstSample: suspend () -> Unit,
 ): Boolean = coroutineScope {
     val firstSample = CompletableDeferred<Unit>()
-    val streamer = Ml2Streamer(ObservedHeadset(headset, firstSample), link.receiver, link.security)
+    val streamer = Ml2Streamer(ObservedHeadset(headset, firstSample), connection.receiver, connection.security)
     val uptime = AppUptime(streamer, headset.clock)
     val printing = app.printed.map { it.printer(streamer, log) }.map { launch { it() } }
     val lasting = app.offered.map { it.logger(streamer, log) } + callsAsRead(app.called, streamer, log)
     val publishing = app.published.map { it.publishing(streamer, headset.clock, log) }
-    val logging = launch { streamer.logChanges(link.receiver, log) }
+    val logging = launch { streamer.logChanges(connection.receiver, log) }
     launch { stop.complete(streamer.state.filterIsInstance<StreamerState.Ended>().first().reason) }
     launch {
         firstSample.await()

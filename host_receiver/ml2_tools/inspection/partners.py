@@ -14,7 +14,7 @@ _PARTNERS = {"camera_info": "sensor_msgs/msg/CameraInfo", "metadata": "std_msgs/
 _MOST_ALONE = 0.01
 
 
-def pairing(survey: Survey) -> Iterator[Check]:
+def partners(survey: Survey) -> Iterator[Check]:
     """Checks every image topic whose camera also has a camera_info or metadata topic."""
     for name, images in survey.topics.items():
         if images.type not in IMAGES:
