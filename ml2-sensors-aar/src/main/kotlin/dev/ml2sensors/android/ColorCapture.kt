@@ -12,7 +12,7 @@ import dev.ml2sensors.capture.LocalFrames
 import dev.ml2sensors.capture.SampleQueue
 import dev.ml2sensors.capture.Slot
 import dev.ml2sensors.capture.SlotPool
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.DropReason
@@ -215,7 +215,7 @@ internal class ColorCapture(
             exposure.pose,
             exposure.intrinsics,
             // Android's sensitivity is no gain: what of it is analog, and over which base, it does not say
-            CaptureSettings(exposure.exposureNanos, stampSource = exposure.stampSource),
+            CaptureMetadata(exposure.exposureNanos, stampSource = exposure.stampSource),
             planes(slot),
             giveBack = slot::release,
         )

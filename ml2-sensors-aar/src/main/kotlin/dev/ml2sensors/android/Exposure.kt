@@ -2,14 +2,14 @@ package dev.ml2sensors.android
 
 import android.hardware.camera2.CaptureResult
 import dev.ml2sensors.message.Transform
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.Intrinsics
 
 /**
  * The capture result of one image.
  *
  * @property captureNanos the capture time on the device timebase, null if the clock is not known yet.
- * @property stampSource the origin of [captureNanos], as [CaptureSettings.stampSource].
+ * @property stampSource the origin of [captureNanos], as [CaptureMetadata.stampSource].
  */
 internal class Exposure(
     val frameNumber: Long,
@@ -41,7 +41,7 @@ internal class ExposureReader(
         return Exposure(
             result.frameNumber,
             centreNanos ?: toCaptureNanos(timestamp)?.plus((exposureNanos ?: 0) / 2),
-            if (centreNanos == null) CaptureSettings.SENSOR_TIMESTAMP else CaptureSettings.EXPOSURE_CENTRE,
+            if (centreNanos == null) CaptureMetadata.SENSOR_TIMESTAMP else CaptureMetadata.EXPOSURE_CENTRE,
             exposureNanos,
             centreNanos?.let { tracker.ask { poses -> poses.poseAt(mlTimeNanos) } },
             tags.intrinsics(result, width, height),

@@ -3,7 +3,7 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.message.MlPose
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Vector3
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
@@ -123,8 +123,8 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
             putDistortion(it.distortion)
         }
 
-    val settings: CaptureSettings
-        get() = CaptureSettings(
+    val metadata: CaptureMetadata
+        get() = CaptureMetadata(
             if (has(HAS_EXPOSURE)) long(FrameLayout.exposureNanos) else null,
             if (has(HAS_ANALOG_GAIN)) int(FrameLayout.analogGain).toDouble() else null,
             if (has(HAS_DIGITAL_GAIN)) int(FrameLayout.digitalGain).toDouble() else null,
@@ -150,7 +150,7 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
             strideBytes(IMAGE),
             pose?.toOptical(),
             intrinsics,
-            settings,
+            metadata,
             PLANE_ROLES.mapIndexedNotNull { plane, role ->
                 rangeOf(plane)?.let { ImageSample.Plane(role, SlotPool.bytes(stream, slot, it)) }
             },

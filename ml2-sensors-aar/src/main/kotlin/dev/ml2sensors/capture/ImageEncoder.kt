@@ -66,7 +66,7 @@ internal class ImageEncoder(stream: StreamSpec, val codec: ImageCodec) : AutoClo
             strideBytes = 0,
             sample.pose,
             sample.intrinsics,
-            sample.settings,
+            sample.metadata,
             listOf(ImageSample.Plane(ImageSample.IMAGE, image)) + others,
             giveBack = {
                 slot.release()

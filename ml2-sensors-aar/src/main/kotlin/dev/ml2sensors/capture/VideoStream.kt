@@ -192,7 +192,7 @@ internal class VideoStream(
             strideBytes = 0,
             pose,
             intrinsics,
-            settings,
+            metadata,
             listOf(ImageSample.Plane(ImageSample.IMAGE, slot.bytes)),
             giveBack = {
                 slot.release()

@@ -16,7 +16,7 @@ import java.util.concurrent.atomic.AtomicInteger
  * @property strideBytes the distance between rows; 0 for a compressed image.
  * @property pose of the optical frame (z forward, x right, y down) in the world frame, null if unknown.
  * @property intrinsics as the device reports them for this capture, null if it does not.
- * @property settings as the device reports them for this capture.
+ * @property metadata as the device reports it for this capture.
  * @param giveBack releases the memory of all [planes]; called once, by the thread of the last [release].
  */
 public class ImageSample(
@@ -27,7 +27,7 @@ public class ImageSample(
     public val strideBytes: Int,
     public val pose: Transform?,
     public val intrinsics: Intrinsics?,
-    public val settings: CaptureSettings,
+    public val metadata: CaptureMetadata,
     private val planes: List<Plane>,
     private val giveBack: () -> Unit,
 ) : Sample {
@@ -80,7 +80,7 @@ public class ImageSample(
 }
 
 /**
- * The settings of a capture; null if the backend does not report one.
+ * What the device reports of a capture; null is what its backend does not report.
  *
  * @property exposureNanos exposure time.
  * @property analogGain gain before digitisation.
@@ -88,7 +88,7 @@ public class ImageSample(
  * @property illumination the depth camera's own light: `on` or `off`.
  * @property stampSource the origin of the capture time, [EXPOSURE_CENTRE] or [SENSOR_TIMESTAMP].
  */
-public data class CaptureSettings(
+public data class CaptureMetadata(
     val exposureNanos: Long? = null,
     val analogGain: Double? = null,
     val digitalGain: Double? = null,

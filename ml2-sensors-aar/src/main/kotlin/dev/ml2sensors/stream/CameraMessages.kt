@@ -110,23 +110,23 @@ internal fun ImageSample.toMetadata(
     quality: Int? = null,
 ): StringMessage {
     val isCompressed = strideBytes == 0
-    val metadata =
+    val message =
         Metadata(
             Metadata.Stamp(header.stamp.sec, header.stamp.nanosec.toLong()),
             header.frameId,
             frameNumber,
-            settings.exposureNanos,
-            settings.analogGain,
-            settings.digitalGain,
+            metadata.exposureNanos,
+            metadata.analogGain,
+            metadata.digitalGain,
             camera?.let { Metadata.DeviceIntrinsics.of(it.device) },
             camera?.maxResidualPx,
-            settings.illumination,
-            settings.stampSource,
+            metadata.illumination,
+            metadata.stampSource,
             if (isCompressed) codec ?: JPEG else null,
             quality.takeIf { isCompressed },
             if (isCompressed) pixels.remaining() else null,
         )
-    return StringMessage(metadataJson.encodeToString(Metadata.serializer(), metadata))
+    return StringMessage(metadataJson.encodeToString(Metadata.serializer(), message))
 }
 
 /** The codec of devices that deliver compressed images. */

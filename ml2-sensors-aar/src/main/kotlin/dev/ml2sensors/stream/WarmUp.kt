@@ -4,7 +4,7 @@ import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.pacing.AdaptedStream
 import dev.ml2sensors.pacing.ImageSetting
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.ImageSample
@@ -86,7 +86,7 @@ private fun image(captureNanos: Long): ImageSample = ImageSample(
     strideBytes = SIDE,
     Transform.IDENTITY,
     LENS,
-    CaptureSettings(),
+    CaptureMetadata(),
     listOf(ImageSample.Plane(ImageSample.IMAGE, PIXELS)),
 ) {}
 

@@ -64,7 +64,7 @@ class ImageEncoderTest {
             assertEquals(sample.frameNumber, encoded.frameNumber)
             assertEquals(sample.width to sample.height, encoded.width to encoded.height)
             assertEquals(0, encoded.strideBytes)
-            assertSame(sample.settings, encoded.settings)
+            assertSame(sample.metadata, encoded.metadata)
             encoded.release()
             assertEquals(128, sample.pixels.remaining(), "the sample is still the caller's")
         }

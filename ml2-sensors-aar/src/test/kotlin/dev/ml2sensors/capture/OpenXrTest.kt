@@ -66,10 +66,10 @@ class OpenXrTest {
     fun exposureAndGainAreToldAsNoOtherWayDoes() = runBlocking<Unit> {
         NativePixelSource(PixelSensor.WORLD, NativeBackend.OPENXR).use { source ->
             val values = CaptureFixture.values(StreamTable.worldLeft)
-            val settings = source.first(StreamTable.worldLeft, values) { (it as ImageSample).settings }
-            assertTrue(assertNotNull(settings.exposureNanos) > 0)
-            assertNotNull(settings.analogGain)
-            assertNotNull(settings.digitalGain)
+            val metadata = source.first(StreamTable.worldLeft, values) { (it as ImageSample).metadata }
+            assertTrue(assertNotNull(metadata.exposureNanos) > 0)
+            assertNotNull(metadata.analogGain)
+            assertNotNull(metadata.digitalGain)
         }
     }
 

@@ -5,7 +5,7 @@ import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.clock.TimeExchange
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.Answer
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Sample
@@ -176,8 +176,8 @@ class VendorNeverReturnsTest {
 
         private fun image(captureNanos: Long, pose: Transform?): Sample {
             val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, ByteBuffer.allocateDirect(1)))
-            val settings = CaptureSettings()
-            return ImageSample(captureNanos, frameNumber = 0, 1, 1, strideBytes = 0, pose, null, settings, planes) {}
+            val metadata = CaptureMetadata()
+            return ImageSample(captureNanos, frameNumber = 0, 1, 1, strideBytes = 0, pose, null, metadata, planes) {}
         }
 
         override fun close() = thread.close()

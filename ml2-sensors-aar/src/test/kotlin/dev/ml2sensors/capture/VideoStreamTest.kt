@@ -51,7 +51,7 @@ class VideoStreamTest {
         assertContentEquals(KEY_FRAME, found[0].packet)
         assertContentEquals(OTHER_FRAME, found[1].packet)
         val first = found[0]
-        assertSame(images[0].settings, first.settings)
+        assertSame(images[0].metadata, first.metadata)
         assertSame(images[0].pose, first.pose)
         assertEquals(images[0].frameNumber to 0, first.frameNumber to first.strideBytes)
         assertEquals(listOf(0L, 33_333L, 66_666L), encoder.times)
@@ -217,7 +217,7 @@ class VideoStreamTest {
         val captureNanos = sample.captureNanos
         val frameNumber = sample.frameNumber
         val strideBytes = sample.strideBytes
-        val settings = sample.settings
+        val metadata = sample.metadata
         val pose = sample.pose
         val packet = sample.copy()
     }

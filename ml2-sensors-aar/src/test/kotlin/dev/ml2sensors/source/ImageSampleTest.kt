@@ -88,7 +88,7 @@ class ImageSampleTest {
             val pixels = pool.acquire().put(index.toByte()).put(ByteArray(5)).put(-128).put(63).flip()
             ImageSample.Plane(role, pixels)
         }
-        return ImageSample(1, 2, 2, 4, 2, pose = null, intrinsics = null, CaptureSettings(), planes) {
+        return ImageSample(1, 2, 2, 4, 2, pose = null, intrinsics = null, CaptureMetadata(), planes) {
             planes.forEach { pool.release(it.pixels) }
         }
     }

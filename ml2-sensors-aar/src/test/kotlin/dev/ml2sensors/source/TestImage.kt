@@ -12,7 +12,7 @@ internal fun testImage(
     strideBytes: Int = width,
     pose: Transform? = null,
     intrinsics: Intrinsics? = null,
-    settings: CaptureSettings = CaptureSettings(exposureNanos = 7),
+    metadata: CaptureMetadata = CaptureMetadata(exposureNanos = 7),
     giveBack: () -> Unit = {},
 ) = ImageSample(
     captureNanos,
@@ -22,7 +22,7 @@ internal fun testImage(
     strideBytes,
     pose,
     intrinsics,
-    settings,
+    metadata,
     planes,
     giveBack,
 )

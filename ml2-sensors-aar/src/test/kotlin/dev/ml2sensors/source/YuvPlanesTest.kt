@@ -71,7 +71,7 @@ class YuvPlanesTest {
             ImageSample.Plane(ImageSample.IMAGE, atOddPlace(luma)),
             chroma?.let { ImageSample.Plane(ImageSample.CHROMA, atOddPlace(it)) },
         )
-        return ImageSample(1, 1, width, height, stride, null, null, CaptureSettings(), planes) {}
+        return ImageSample(1, 1, width, height, stride, null, null, CaptureMetadata(), planes) {}
     }
 
     private fun atOddPlace(bytes: ByteArray): ByteBuffer =

@@ -9,7 +9,7 @@ import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.LostSamples
@@ -137,8 +137,8 @@ class CameraTest {
     @Test
     fun metadataHasAStableSchemaAndNothingIsRounded() = runBlocking<Unit> {
         val session = fixture.start("""{"world_left": {}}""")
-        val settings = CaptureSettings(1_234_567, 1.0 / 3, 2.5, "off")
-        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, 77, intrinsics = LENS, settings = settings))
+        val metadata = CaptureMetadata(1_234_567, 1.0 / 3, 2.5, "off")
+        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, 77, intrinsics = LENS, metadata = metadata))
         val frame = session.awaitData("world_left/metadata")[0]
         val stamp = frame.captureNanos
         val expected =

@@ -2,7 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.Answer
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.CountedBuffers
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
@@ -148,14 +148,14 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
         roles: List<String> = listOf("image"),
         pose: Transform? = null,
         intrinsics: Intrinsics? = null,
-        settings: CaptureSettings = CaptureSettings(),
+        metadata: CaptureMetadata = CaptureMetadata(),
     ): ImageSample {
         val planes = roles.map { role ->
             val pixels = pool.acquire()
             pixels.put(pattern(role, number, rowBytes * height)).flip()
             ImageSample.Plane(role, pixels)
         }
-        return ImageSample(captureNanos, number, rowBytes, height, rowBytes, pose, intrinsics, settings, planes) {
+        return ImageSample(captureNanos, number, rowBytes, height, rowBytes, pose, intrinsics, metadata, planes) {
             planes.forEach { pool.release(it.pixels) }
         }
     }

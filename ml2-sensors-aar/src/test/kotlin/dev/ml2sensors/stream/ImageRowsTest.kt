@@ -3,7 +3,7 @@ package dev.ml2sensors.stream
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.Time
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.ImageSample
 import org.junit.jupiter.api.Test
 import java.nio.ByteBuffer
@@ -45,7 +45,7 @@ class ImageRowsTest {
     /** Returns an image of rows of 4 pixels, and 2 bytes of padding. */
     private fun image(pixels: ByteBuffer, strideBytes: Int = 6): Image {
         val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, pixels))
-        val sample = ImageSample(0, 0, width = 4, height = 3, strideBytes, null, null, CaptureSettings(), planes) {}
+        val sample = ImageSample(0, 0, width = 4, height = 3, strideBytes, null, null, CaptureMetadata(), planes) {}
         return sample.toImage(Header(Time(0, 0u), "frame"), "mono8", sample.pixels)
     }
 

@@ -95,8 +95,8 @@ class Camera2SourceTest {
         val sample = awaitImage()
         assertContentEquals(byteArrayOf(1, 2, 3), sample.bytes)
         assertEquals(listOf(640, 480, 0), sample.image.run { listOf(width, height, strideBytes) })
-        assertEquals(8_000_000, sample.image.settings.exposureNanos)
-        assertNull(sample.image.settings.analogGain)
+        assertEquals(8_000_000, sample.image.metadata.exposureNanos)
+        assertNull(sample.image.metadata.analogGain)
     }
 
     @Test
@@ -133,7 +133,7 @@ class Camera2SourceTest {
             assertNull(sample.pose, failing)
             val isCentre = failing == "pose"
             val expected = if (isCentre) "exposure_centre" else "sensor_timestamp"
-            assertEquals(expected, sample.settings.stampSource, failing)
+            assertEquals(expected, sample.metadata.stampSource, failing)
             val captureNanos = if (isCentre) 200 + FakePoses.ML_TIME_IN_BOOT_TIME else device.bootNanos
             assertEquals(captureNanos, sample.captureNanos, failing)
         }
@@ -143,7 +143,7 @@ class Camera2SourceTest {
     fun aCentreOfExposureOfZeroIsNone() = runBlocking {
         rig.add("1", listOf(JPEG))
         val sample = imageAt(centreNanos = 0)
-        assertEquals(device.bootNanos to "sensor_timestamp", sample.captureNanos to sample.settings.stampSource)
+        assertEquals(device.bootNanos to "sensor_timestamp", sample.captureNanos to sample.metadata.stampSource)
         assertNull(sample.pose)
     }
 
@@ -197,7 +197,7 @@ class Camera2SourceTest {
             camera.capture(mapOf("com.amd.control.intrinsics" to floats, "com.amd.control.cvip_timestamps" to times))
             val image = awaitImage().image
             assertNull(image.intrinsics)
-            assertEquals(device.bootNanos to "sensor_timestamp", image.captureNanos to image.settings.stampSource)
+            assertEquals(device.bootNanos to "sensor_timestamp", image.captureNanos to image.metadata.stampSource)
         }
         val said = ShadowLog.getLogsForTag("ml2s").map { it.msg.substringBefore(':') }
         assertEquals(listOf("com.amd.control.cvip_timestamps", "com.amd.control.intrinsics"), said.sorted())
@@ -212,7 +212,7 @@ class Camera2SourceTest {
                 camera.result(device.monotonicNanos, exposureNanos)
             }
             val image = awaitImage().image
-            assertEquals(device.bootNanos to null, image.captureNanos to image.settings.exposureNanos)
+            assertEquals(device.bootNanos to null, image.captureNanos to image.metadata.exposureNanos)
         }
     }
 

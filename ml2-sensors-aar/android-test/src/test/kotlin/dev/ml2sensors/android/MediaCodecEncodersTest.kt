@@ -4,7 +4,7 @@ import android.media.MediaCodecInfo.CodecCapabilities
 import android.media.MediaCodecInfo.EncoderCapabilities
 import android.media.MediaFormat
 import dev.ml2sensors.TEST_LIMIT
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.VideoEncoder
@@ -260,7 +260,7 @@ class MediaCodecEncodersTest {
             strideBytes = WIDTH,
             pose = null,
             intrinsics = null,
-            CaptureSettings(),
+            CaptureMetadata(),
             planes.toList(),
         ) {}
     }

@@ -4,7 +4,7 @@ import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.Time
 import dev.ml2sensors.session.Lane
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.stream.TopicChannel
 import dev.ml2sensors.stream.toImage
@@ -37,7 +37,7 @@ public open class SenderBenchmark {
         val pixels = ByteBuffer.allocateDirect(SIDE * SIDE)
         val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, pixels))
         sample =
-            ImageSample(0, 0, SIDE, SIDE, SIDE, pose = null, intrinsics = null, CaptureSettings(), planes) {}
+            ImageSample(0, 0, SIDE, SIDE, SIDE, pose = null, intrinsics = null, CaptureMetadata(), planes) {}
         bareHead = ByteBuffer.allocateDirect(frame().head.remaining())
         barePieces = arrayOf(bareHead, sample.pixels)
     }

@@ -2,7 +2,7 @@ package dev.ml2sensors.simulator.replay
 
 import dev.ml2sensors.message.times
 import dev.ml2sensors.simulator.signal.BufferPool
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.ImageSample
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.runInterruptible
@@ -29,7 +29,7 @@ internal class CameraPlayer(private val camera: RecordedCamera, private val grou
             strideBytes = width,
             pose = groundTruth?.poseAt(image.stampNanos)?.let { it * camera.inBody },
             camera.intrinsics,
-            CaptureSettings(),
+            CaptureMetadata(),
             listOf(ImageSample.Plane(ImageSample.IMAGE, pixels)),
         ) { pool.release(pixels) }
     }

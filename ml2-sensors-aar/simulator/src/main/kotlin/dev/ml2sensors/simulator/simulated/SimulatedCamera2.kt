@@ -7,7 +7,7 @@ import dev.ml2sensors.simulator.signal.MAX_LATENESS_NANOS
 import dev.ml2sensors.simulator.signal.emitAndRelease
 import dev.ml2sensors.simulator.signal.waitUntil
 import dev.ml2sensors.source.Answer
-import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CaptureMetadata
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.DropReason
@@ -119,7 +119,7 @@ private class OpenColorCamera(
             strideBytes,
             poses.poseAt(deviceNanos),
             intrinsics(),
-            CaptureSettings(exposureNanos = numbers[2]),
+            CaptureMetadata(exposureNanos = numbers[2]),
             planes,
             giveBack,
         )
