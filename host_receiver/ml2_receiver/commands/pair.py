@@ -12,7 +12,7 @@ import segno
 from rich.live import Live
 
 from ..errors import PairingError
-from ..pairing.offer import PairingOffer
+from ..pairing.open_pairing import OpenPairing
 from ..pairing.pairing import VALID_S
 from ..pairing.uri import PairingUri
 from ..security.paired_devices import PairedDevice
@@ -64,14 +64,14 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
-    offer = PairingOffer(
+    pairing = OpenPairing(
         options.listen, options.keys, options.name, options.port, failed_attempts()
     )
     try:
-        _show(offer.uris)
-        device = _wait(offer, stopping)
+        _show(pairing.uris)
+        device = _wait(pairing, stopping)
     finally:
-        offer.close()
+        pairing.close()
     print(f"paired with {device.name!r}, fingerprint {device.fingerprint}")
     return 0
 
@@ -99,23 +99,23 @@ def _show(uris: Sequence[PairingUri]) -> None:
         print(f"this machine is {other.host}, too, for a headset on another network")
 
 
-def _wait(offer: PairingOffer, stopping: threading.Event) -> PairedDevice:
-    with _countdown(offer):
-        while (device := offer.wait(_POLL_S)) is None:
+def _wait(pairing: OpenPairing, stopping: threading.Event) -> PairedDevice:
+    with _countdown(pairing):
+        while (device := pairing.wait(_POLL_S)) is None:
             if stopping.is_set():
                 raise PairingError("no headset was paired")
     return device
 
 
 @contextmanager
-def _countdown(offer: PairingOffer) -> Iterator[None]:
+def _countdown(pairing: OpenPairing) -> Iterator[None]:
     if not sys.stdout.isatty():
         yield
         return
-    with Live(get_renderable=lambda: _left(offer), refresh_per_second=2, transient=True):
+    with Live(get_renderable=lambda: _left(pairing), refresh_per_second=2, transient=True):
         yield
 
 
-def _left(offer: PairingOffer) -> str:
-    minutes, seconds = divmod(math.ceil(offer.left_s), 60)
+def _left(pairing: OpenPairing) -> str:
+    minutes, seconds = divmod(math.ceil(pairing.left_s), 60)
     return f"waiting for the headset, {minutes}:{seconds:02} left"

@@ -19,7 +19,7 @@ from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.session_port import PORT, add_keys
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import ListenError, RecordingError
-from ml2_receiver.pairing.offer import PairingOffer
+from ml2_receiver.pairing.open_pairing import OpenPairing
 from ml2_receiver.transport.listener import everywhere, listen
 
 from .live import PATIENCE_S, found_receiver
@@ -128,7 +128,7 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Backend]]:
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     source = LiveSource(options.name)
     view = View(source, options.name, options.eyes)
-    pairing = PagePairing(view, lambda: _pairing_offer(options))
+    pairing = PagePairing(view, lambda: _open_pairing(options))
     products = ProductsBeside(view, options.name)
     forms = section_forms(options.eyes)
     backend = ReceiverBackend(view, source.context, receiver, forms, pairing, products)
@@ -139,9 +139,9 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Backend]]:
         view.close()
 
 
-def _pairing_offer(options: argparse.Namespace) -> PairingOffer:
+def _open_pairing(options: argparse.Namespace) -> OpenPairing:
     port, say = options.receiver_port, failed_attempts()
-    return PairingOffer(everywhere(0), options.keys, options.name, port, say)
+    return OpenPairing(everywhere(0), options.keys, options.name, port, say)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import segno
 
 from ml2_receiver.errors import ReceiverError
 from ml2_receiver.json_text import json_text
-from ml2_receiver.pairing.offer import PairingOffer
+from ml2_receiver.pairing.open_pairing import OpenPairing
 
 from .requests import Newest
 from .view import View
@@ -21,11 +21,11 @@ class PagePairing:
 
     Args:
         view: is notified of news, by `changed`; without its browsers no pairing goes on.
-        offer: begins to listen for a device; may raise ReceiverError.
+        listen: begins to listen for a device; may raise ReceiverError.
     """
 
-    def __init__(self, view: View, offer: Callable[[], PairingOffer]) -> None:
-        self._view, self._offer = view, offer
+    def __init__(self, view: View, listen: Callable[[], OpenPairing]) -> None:
+        self._view, self._listen = view, listen
         self._newest: Newest = 0, ""
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
@@ -49,9 +49,9 @@ class PagePairing:
         with self._lock:
             if self._thread is not None and self._thread.is_alive():
                 return
-            offer = self._offer()
+            pairing = self._listen()
             self._stopping.clear()
-            self._thread = threading.Thread(target=self._run, args=[offer], name="view-pairing")
+            self._thread = threading.Thread(target=self._run, args=[pairing], name="view-pairing")
             self._thread.start()
 
     def end(self) -> None:
@@ -61,22 +61,22 @@ class PagePairing:
             if self._thread is not None:
                 self._thread.join()
 
-    def _run(self, offer: PairingOffer) -> None:
-        uri, others = str(offer.uris[0]), [it.host for it in offer.uris[1:]]
+    def _run(self, pairing: OpenPairing) -> None:
+        uri, others = str(pairing.uris[0]), [it.host for it in pairing.uris[1:]]
         code = segno.make_qr(uri, error="m")
         modules = ["".join(map(str, row)) for row in code.matrix_iter(border=4)]
-        self._tell(uri=uri, others=others, modules=modules, left_s=offer.left_s)
+        self._tell(uri=uri, others=others, modules=modules, left_s=pairing.left_s)
         device, text = None, ""
         try:
             while device is None and not self._stopping.is_set() and self._view.is_watched:
-                device = offer.wait(_POLL_S)
+                device = pairing.wait(_POLL_S)
         except ReceiverError as error:
             text = error.in_one_line()
         except Exception as error:  # the page must not wait for ever
             self._view.faults.add("a pairing", error)
             text = f"internal error: {error!r}"
         finally:
-            offer.close()
+            pairing.close()
         if device is not None:
             text = f"paired with {device.name}"
         self._tell(is_done=device is not None, text=text)

@@ -15,7 +15,7 @@ from .pairing import VALID_S, Pairing
 from .uri import PairingUri
 
 
-class PairingOffer:
+class OpenPairing:
     """Listens for one device, until close(). Not thread-safe.
 
     Args:
