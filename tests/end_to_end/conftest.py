@@ -67,9 +67,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def flat(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
     return full_load(
         tmp_path_factory.mktemp("flat"),
-        depth_center={"confidence": True, "flags": True},
+        depth_center={"update_rate": 5, "confidence": True, "flags": True},
         markers={"enabled": True, "type": "aruco", "dictionary": "4X4_50"},
-        picture_center={"camera_id": 0},
+        picture_center={"update_rate": 15, "camera_id": 0},
         map={"enabled": True},
     )
 

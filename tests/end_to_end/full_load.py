@@ -13,7 +13,8 @@ from simulated_truth import SimulatedTruth
 from simulation import CAMERAS, EXACT, image_topic, raw_config
 
 # A busy machine drops many messages, so the session lasts until this many have arrived.
-_LEAST = {image_topic(camera): 100 for camera in CAMERAS} | {"gyro_left/imu": 1000}
+_LEAST = {image_topic(camera): 60 for camera in CAMERAS}
+_LEAST |= {image_topic("world_left"): 100, image_topic("depth"): 30, "gyro_left/imu": 1000}
 # The controller's buttons repeat after 4 s.
 _LEAST["controller/joy"] = 300
 
@@ -34,7 +35,7 @@ class FullLoad:
 
 
 def full_load(folder: Path, *options: str, **changes: dict[str, Any]) -> FullLoad:
-    """Runs all sensors until there are 5 s of readings, and 100 images of each camera.
+    """Runs all sensors until there are 5 s of readings, and images of each camera.
 
     Args:
         options: more of ml2-headset.
