@@ -34,7 +34,8 @@ CONFIG = only(
     world_left: {enabled: true},
     world_center: {enabled: true},
     world_right: {enabled: true},
-    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960, update_rate: 15},
+    picture_center:
+      {enabled: true, resolution_width: 1280, resolution_height: 960, update_rate: 15},
     depth_center: {enabled: true, stream: 0, update_rate: 5},
     """
 )
