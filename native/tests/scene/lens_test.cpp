@@ -61,6 +61,10 @@ TEST(Cameras, ASmallerColorImageShowsTheSameScene) {
     EXPECT_NEAR(whole.project(ray)->u, 2 * half.project(ray)->u + 0.5, 1e-9);
     EXPECT_NEAR(whole.project(ray)->v, 2 * half.project(ray)->v + 0.5, 1e-9);
     EXPECT_NEAR(cut.project(ray)->v, half.project(ray)->v - (1536 - 1152) / 2.0, 1e-9);
+    // Mixed reality is upright: its images are cut at both sides.
+    const PlumbBob upright = colorLens(648, 720), wide = colorLens(960, 720);
+    EXPECT_NEAR(upright.project(ray)->u, wide.project(ray)->u - (960 - 648) / 2.0, 1e-9);
+    EXPECT_NEAR(upright.project(ray)->v, wide.project(ray)->v, 1e-9);
 }
 
 TEST(Cameras, TheLeftOneLooksLeftAndThePackIsTurned) {

@@ -136,18 +136,38 @@ TEST_F(Control, ThePathRepeatsAfterTheLoopAndDiffersBySeed) {
 
 class Inertial : public SimulatedHeadset {
   protected:
-    /** Places a unit in the world, by the mounts that are told and the true head. */
-    void placeAt(const char *unit, int64_t mltime, double out[3]) {
+    static constexpr const char *kNames[] = {"imu_left", "imu_right", "imu_compute_pack"};
+
+    struct Mount {
+        double rotation[4], position[3];
+    };
+    static Mount mountOf(uint32_t unit) {
         const std::string mounts = ml2sim_mounts();
-        const auto entry = mounts.substr(mounts.find(unit));
-        double p[3];
-        ASSERT_EQ(std::sscanf(entry.c_str() + entry.find("position"), "position\": [%lf, %lf, %lf]", p, p + 1, p + 2),
-                  3);
+        const auto entry = mounts.substr(mounts.find(kNames[unit]));
+        Mount m = {};
+        double *q = m.rotation, *p = m.position;
+        EXPECT_EQ(std::sscanf(entry.c_str() + entry.find("rotation"),
+                              "rotation\": [%lf, %lf, %lf, %lf], \"position\": [%lf, %lf, %lf]", q, q + 1, q + 2, q + 3,
+                              p, p + 1, p + 2),
+                  7);
+        return m;
+    }
+    /** Places a unit in the world, by the mounts that are told and the true head. */
+    static void placeAt(uint32_t unit, int64_t mltime, double out[3]) {
         ml2sim_pose head;
         ml2sim_true_head(mltime, &head);
-        rotate(head.rotation, p, out);
+        rotate(head.rotation, mountOf(unit).position, out);
         for (int i = 0; i < 3; i++)
             out[i] += head.position[i];
+    }
+    /** Turns what a unit measures to the axes of the world. */
+    static void turnAt(uint32_t unit, int64_t mltime, const float measured[3], double out[3]) {
+        ml2sim_pose head;
+        ml2sim_true_head(mltime, &head);
+        const double ofUnit[] = {measured[0], measured[1], measured[2]};
+        double ofHead[3];
+        rotate(mountOf(unit).rotation, ofUnit, ofHead);
+        rotate(head.rotation, ofHead, out);
     }
     /** By the rotation matrix of a quaternion. */
     static void rotate(const double q[4], const double v[3], double out[3]) {
@@ -162,37 +182,55 @@ class Inertial : public SimulatedHeadset {
 
 TEST_F(Inertial, SpecificForceIsTheSecondDifferenceOfThePlaceAndGravity) {
     constexpr int64_t kStep = kMillisecond;
-    const char *names[] = {"imu_left", "imu_right", "imu_compute_pack"};
     for (uint32_t unit = 0; unit < ML2SIM_UNIT_COUNT; unit++) {
         const auto boottime = ml2sim_now_boottime() + 300 * kMillisecond;
         const auto time = ml2sim_mltime_of_boottime(boottime);
-        double before[3], now[3], after[3], squares = 0;
-        placeAt(names[unit], time - kStep, before);
-        placeAt(names[unit], time, now);
-        placeAt(names[unit], time + kStep, after);
-        for (int i = 0; i < 3; i++) {
-            const double acceleration = (after[i] - 2 * now[i] + before[i]) * 1e6 + (i == 1 ? 9.80665 : 0);
-            squares += acceleration * acceleration;
-        }
+        double before[3], now[3], after[3], force[3];
+        placeAt(unit, time - kStep, before);
+        placeAt(unit, time, now);
+        placeAt(unit, time + kStep, after);
         float accel[3];
         ASSERT_EQ(ml2sim_imu(unit, boottime, accel, nullptr, nullptr), 0);
-        EXPECT_NEAR(std::hypot(accel[0], accel[1], accel[2]), std::sqrt(squares), 2e-3) << names[unit];
+        turnAt(unit, time, accel, force);
+        for (int i = 0; i < 3; i++)
+            EXPECT_NEAR(force[i], (after[i] - 2 * now[i] + before[i]) * 1e6 + (i == 1 ? 9.80665 : 0), 2e-3)
+                << kNames[unit];
     }
 }
 
-TEST_F(Inertial, AngularVelocityIsAsFastAsTheHeadTurns) {
+TEST_F(Inertial, AngularVelocityIsTheTurnOfTheHead) {
     const auto boottime = ml2sim_now_boottime();
     const auto time = ml2sim_mltime_of_boottime(boottime);
     ml2sim_pose before, after;
     ml2sim_true_head(time - 500000, &before);
     ml2sim_true_head(time + 500000, &after);
-    double same = 0;
-    for (int i = 0; i < 4; i++)
-        same += before.rotation[i] * after.rotation[i];
-    const double rate = 2 * std::sqrt(std::max(0.0, 1 - same * same)) / 1e-3;
-    float gyro[3];
-    ml2sim_imu(ML2SIM_COMPUTE_PACK, boottime, nullptr, gyro, nullptr);
-    EXPECT_NEAR(std::hypot(gyro[0], gyro[1], gyro[2]), rate, 1e-3);
+    const auto &a = after.rotation, &b = before.rotation;
+    // The vector of after * conjugate(before), which is half the turn within a millisecond
+    const double half[] = {a[0] * b[3] - a[3] * b[0] - a[1] * b[2] + a[2] * b[1],
+                           a[1] * b[3] - a[3] * b[1] - a[2] * b[0] + a[0] * b[2],
+                           a[2] * b[3] - a[3] * b[2] - a[0] * b[1] + a[1] * b[0]};
+    for (uint32_t unit = 0; unit < ML2SIM_UNIT_COUNT; unit++) {
+        float gyro[3];
+        double turn[3];
+        ASSERT_EQ(ml2sim_imu(unit, boottime, nullptr, gyro, nullptr), 0);
+        turnAt(unit, time, gyro, turn);
+        for (int i = 0; i < 3; i++)
+            EXPECT_NEAR(turn[i], 2 * half[i] / 1e-3, 1e-3) << kNames[unit];
+    }
+}
+
+TEST_F(Inertial, TheMagneticFieldIsFixedInTheWorld) {
+    double fields[2 * ML2SIM_UNIT_COUNT][3];
+    for (uint32_t i = 0; i < 2 * ML2SIM_UNIT_COUNT; i++) {
+        const auto boottime = ml2sim_now_boottime() + i * 300 * kMillisecond;
+        float mag[3];
+        ASSERT_EQ(ml2sim_imu(i / 2, boottime, nullptr, nullptr, mag), 0);
+        turnAt(i / 2, ml2sim_mltime_of_boottime(boottime), mag, fields[i]);
+        for (int axis = 0; axis < 3; axis++)
+            EXPECT_NEAR(fields[i][axis], fields[0][axis], 1e-10) << i;
+    }
+    EXPECT_NEAR(fields[0][1], -42e-6, 1e-10);
+    EXPECT_NEAR(std::hypot(fields[0][0], fields[0][2]), 22e-6, 1e-10);
 }
 
 TEST_F(Inertial, WithoutNoiseTheBytesAreThoseOfAHeadsetThatHadNone) {
