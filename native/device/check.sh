@@ -24,7 +24,7 @@ symbols=$(readelf -W --dyn-syms "$library")
 needed=$(sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p' <<<"$dynamic")
 undefined=$(awk '$7 == "UND" && $8 {print $8}' <<<"$symbols")
 exported=$(awk '$1 ~ /:$/ && $7 != "UND" && $7 != "Ndx" {print $8}' <<<"$symbols")
-# Those that clang reads in the header, whether it exports them or not.
+# All functions that clang reads in the header, exported or not.
 documented=$(grep -o ' ml2s_[a-z_0-9]*(' native/api/ml2s.api | tr -d ' (')
 if compgen -G 'native/jni/*.c' >/dev/null; then
   documented+=$'\nJNI_OnLoad'

@@ -80,7 +80,7 @@ public class ImageSample(
 }
 
 /**
- * What the device reports of a capture; null is what its backend does not report.
+ * Metadata of a capture; null if the backend does not report it.
  *
  * @property exposureNanos exposure time.
  * @property analogGain gain before digitisation.
