@@ -92,7 +92,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _test(options: argparse.Namespace) -> list[Verdict]:
-    from ..selftest.evidence import Evidence, Session, read_session
+    from ..selftest.evidence import Evidence, SessionStreams, read_session
     from ..selftest.judge import judge
     from ..selftest.report import names_of, numbers_of, write_report
 
@@ -100,7 +100,7 @@ def _test(options: argparse.Namespace) -> list[Verdict]:
     steps = [it for it in STEPS if it not in options.skip]
     if not steps:
         raise ReceiverError(f"expected a step of {', '.join(STEPS)}, found all skipped")
-    sessions: list[Session] = []
+    sessions: list[SessionStreams] = []
     verdicts: list[Verdict] = []
     names = {socket.gethostname()}
     data = b""
