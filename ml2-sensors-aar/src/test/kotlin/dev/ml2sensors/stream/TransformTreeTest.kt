@@ -129,8 +129,8 @@ class TransformTreeTest {
         session.awaitData("/tf", 2)
         assertEquals(setOf("magicleap_map"), session.transforms().map { it.header.frameId }.toSet())
         assertMatrix(origin.inverse().toMatrix(), session.transforms().takeLast(1).of("magicleap_world"))
-        assertEquals(listOf("map_localized", "map_lost"), session.events())
         assertEquals(2, fixture.finish(session).getValue("/tf").produced)
+        assertEquals(listOf("map_localized", "map_lost"), session.events())
     }
 
     @Test
