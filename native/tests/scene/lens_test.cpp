@@ -41,8 +41,9 @@ TEST(Lens, FisheyeBendsRadiallyFirstAndTangentiallyAfter) {
     EXPECT_NEAR(pixel->v, 581.4 * (y + 2e-3 * (s + 2 * y * y) - 2 * 3e-3 * x * y) + 509.8, 1e-9);
 }
 
-TEST(Lens, WhatIsBehindIsNotSeen) {
+TEST(Lens, WhatIsBehindOrFarOffTheAxisIsNotSeen) {
     EXPECT_FALSE(worldLens().project({0, 0, 1}));
+    EXPECT_FALSE(worldLens().project({1, 0, -0.01}));
     EXPECT_FALSE(depthLens().project({0.1, 0, 1}));
     EXPECT_FALSE(depthLens().project({1, 0, 0}));
 }

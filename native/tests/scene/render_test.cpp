@@ -142,6 +142,23 @@ TEST(Depth, ConfidenceFallsWithTheSquareOfDistance) {
         EXPECT_GE(near.raw[i], near.ambient[i]);
 }
 
+TEST(Depth, WhatIsTooFarHasLessConfidenceThanWhatIsMeasured) {
+    const DepthFrame frame(depthPose(0), kShortRange);
+    const auto meanOf = [&frame](uint32_t flags) {
+        double sum = 0;
+        for (size_t i = 0; i < frame.flags.size(); i++)
+            sum += frame.flags[i] == flags ? frame.confidence[i] : 0;
+        return sum / double(frame.count(flags));
+    };
+    EXPECT_LT(meanOf(kDepthInvalid | kDepthLowSignal), meanOf(kDepthValid));
+}
+
+TEST(Depth, TheInfraredImageMovesWithTheHead) {
+    const DepthFrame first(depthPose(0)), later(depthPose(0.25));
+    EXPECT_NE(first.raw, later.raw);
+    EXPECT_NE(first.ambient, later.ambient);
+}
+
 TEST(Depth, NoiseHasItsDeviationAndComesBackWithItsFrame) {
     const DepthFrame exact(depthPose(0)), noisy(depthPose(0), kLongRange, {0.01f, 5, 3});
     const DepthFrame again(depthPose(0), kLongRange, {0.01f, 5, 3}), next(depthPose(0), kLongRange, {0.01f, 5, 4});
@@ -201,6 +218,7 @@ TEST(Color, TheHologramIsSeenOnlyWhereItIs) {
         return rgb;
     };
     EXPECT_NE(image({}, true), image({}, false));
+    EXPECT_NE(image({}, true), image({{}, {0.05, 0, 0}}, true)) << "it moves as the camera does";
     const Pose away = {Quaternion::about({0, 1, 0}, M_PI), {}};
     EXPECT_EQ(image(away, true), image(away, false));
 }
