@@ -14,9 +14,9 @@ WALK = Walk("short", "world_center", 2.0, 0.8, 40)
 
 
 def test_estimated_poses_agree_with_the_headsets_poses_and_the_true_ones(tmp_path: Path) -> None:
-    walked = stream(WALK, tmp_path / "walk", EXACT)
+    walked = stream(WALK, tmp_path / "walk", EXACT, late=6)
     figures = evaluate(tmp_path / "walk", WALK.camera, walked.truth)
-    assert figures["images_received"] == walked.images_sent == 61
+    assert figures["images_received"] == walked.images_sent >= 55
     assert figures["matched_pairs"] >= 0.99 * walked.images_sent
     assert figures["path_m"] == pytest.approx(WALK.path_m, abs=0.01)
     for against in (figures, figures["truth"]):
