@@ -219,6 +219,7 @@ def test_a_device_takes_the_place_of_its_own_dead_session_and_is_told_what_arriv
         dead.start()
         for _ in range(3):
             dead.publish(IMAGE)
+        sink.await_payloads(IMAGE, 3)
         back.start()
         assert back.welcome.received is not None
         assert back.welcome.received[IMAGE] == 3

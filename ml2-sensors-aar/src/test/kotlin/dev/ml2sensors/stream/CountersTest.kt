@@ -85,13 +85,14 @@ class CountersTest {
         val second = fixture.host.awaitHello()
         val before = second.hello.json.getValue("channels").jsonObject.getValue("gyro_left/imu").jsonObject
         assertEquals(5, before.getValue("produced").jsonPrimitive.int)
-        assertEquals(5, before.getValue("sent").jsonPrimitive.int)
+        val sent = before.getValue("sent").jsonPrimitive.int
+        assertTrue(sent >= 4, "all but what may have been under way count as sent: $before")
         second.welcome(received = null)
         second.configure(1, """{"gyro_left": {}}""")
         second.start(1)
         val counts = fixture.finish(second).getValue("gyro_left/imu")
         assertEquals(5, counts.sent + counts.dropped.values.sum())
-        assertTrue(counts.sent >= 4, "all but what may have been under way count as sent: $counts")
+        assertTrue(counts.sent >= sent, "what counts as sent stays so: $counts")
     }
 
     /** A sensor that delivers about every millisecond. */
