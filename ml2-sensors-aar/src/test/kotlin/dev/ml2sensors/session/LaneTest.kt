@@ -152,10 +152,11 @@ class LaneTest {
             val sender = launch(Dispatchers.IO, CoroutineStart.UNDISPATCHED) {
                 runCatching { lane.sendThrough(kernel.writer()) }
             }
+            lane.offer(frame())
+            kernel.awaitEntered()
+            lane.offer(frame())
             kernel.open(1)
-            lane.offer(frame())
-            kernel.awaitWrites(it + 1)
-            lane.offer(frame())
+            kernel.awaitEntered() // now the first is counted
             sender.cancelAndJoin()
         }
         assertEquals(listOf(0, 2, 4), kernel.sequences)
