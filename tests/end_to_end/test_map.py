@@ -60,7 +60,8 @@ def starts(tmp_path_factory: pytest.TempPathFactory) -> Received:
     with contextlib.ExitStack() as stack:
         subscriber, address, environment = listening(folder, CONFIG, stack)
         stamps = stack.enter_context(stamps_of_worlds(environment))
-        options = (*EXACT, "--simulate", "tags=5X5_100", "--simulate", "fault.head.new_session=1")
+        keys = ("tags=5X5_100", "loop_seconds=600", "fault.head.new_session=1")
+        options = [*EXACT, *(word for key in keys for word in ("--simulate", key))]
         for number in range(STARTS):
             begun_ns = time.time_ns()
             command = headset_command(address, *options)
