@@ -17,6 +17,7 @@ export ML2S_TEST_LIMIT_S ?= 120
 # A test that waits for several things has ten times as long.
 export PYTEST_TIMEOUT = $(ML2S_TEST_LIMIT_S)0
 beside := --numprocesses 2 --dist worksteal
+headsets_at_a_time ?= 2
 slowest := --durations 20 --durations-min 0.5
 # So many targets of this file at a time.
 at_a_time = MAKE='$(submake)' config/at_a_time.sh $(1) $(2)
@@ -176,10 +177,10 @@ check-kotlin:
 check-unity:
 	$(if_unchecked) unity_package build/native/bundle tests/unity tests/unity_project tests/conformance/vectors -- tests/unity/run.sh
 
-# The longest first. Two targets run at a time, of which each has two tests or compilers at a time: as many as two
-# processors carry. More would only wait for each other.
+# The longest first. Of targets that run beside each other, each has two tests at a time, which often wait. That of whole
+# headsets and receivers has one, whose processes fill a processor. With more, they would only wait for each other.
 test: setup-headset+test+csharp+view build $(class_archive) $(javascript) ## Run the tests of everything but a release's packages
-	$(call at_a_time,2,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
+	headsets_at_a_time=1 $(call at_a_time,2,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
 	$(submake) test-alone
 
 test-python: setup-test $(javascript) ## Test the receiver
@@ -214,7 +215,7 @@ test-unity: setup-headset+csharp native ## Test the Unity package with mono, and
 test-e2e: test-together test-alone ## Test headset, receiver and ROS 2 together, as processes
 
 test-together: build $(class_archive)
-	$(pytest) $(slowest) --numprocesses 2 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
+	$(pytest) $(slowest) --numprocesses $(headsets_at_a_time) --dist loadscope -m 'not alone' tests/end_to_end tests/validation
 
 test-alone: build $(class_archive)
 	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
