@@ -40,8 +40,9 @@ internal class HeadTrack {
         if (to.captureNanos == nanos) return HeadPose.Tracked(end)
         val from = samples.getOrNull(next - 1) ?: return if (hasLosses) HeadPose.Lost else HeadPose.NotTracked
         val start = from.pose ?: return HeadPose.NotTracked
-        val fraction = (nanos - from.captureNanos).toDouble() / (to.captureNanos - from.captureNanos)
-        return HeadPose.Tracked(start.interpolate(end, fraction))
+        val interval = to.captureNanos - from.captureNanos
+        val fraction = (nanos - from.captureNanos).toDouble() / interval
+        return HeadPose.Tracked(start.interpolate(end, fraction), isBridged = interval > LONGEST_INTERVAL_NANOS)
     }
 
     companion object {
@@ -51,6 +52,9 @@ internal class HeadTrack {
          */
         const val MAX_BRIDGED: Int = 3
 
+        /** Between two poses at 60 Hz; in a longer interval, at least one is missing. */
+        private const val LONGEST_INTERVAL_NANOS = 25_000_000L
+
         /** About one second at 60 Hz: frames arrive later than the head poses of their capture. */
         private const val MAX_SAMPLES = 64
     }
@@ -58,8 +62,11 @@ internal class HeadTrack {
 
 /** The result of [HeadTrack.at]. */
 internal sealed interface HeadPose {
-    /** The [pose] of the head in the world frame, in body axes. */
-    class Tracked(val pose: Transform) : HeadPose
+    /**
+     * The [pose] of the head in the world frame, in body axes. It [isBridged] if poses are missing around it: a turning
+     * head may then be a degree off.
+     */
+    class Tracked(val pose: Transform, val isBridged: Boolean = false) : HeadPose
 
     /** The poses around that instant were lost, so it is not known whether the head was tracked. */
     data object Lost : HeadPose

@@ -168,26 +168,29 @@ internal class TransformTree(
     private suspend fun processPending() {
         val processed = pending.filter { frame ->
             val head = track.at(frame.captureNanos)
-            if (head is HeadPose.Tracked) publishAt(frame, head.pose)
+            if (head is HeadPose.Tracked) publishAt(frame, head)
             if (head is HeadPose.Lost) lose(1, DropReason.SOURCE_LATE)
             head != HeadPose.NotYetKnown
         }
         pending.removeAll(processed)
     }
 
-    private suspend fun publishAt(frame: CameraPose, head: Transform) {
-        val mounting = mountings.getOrPut(frame.spec, ::SensorMounting)
-        mounting.add(head.inverse() * frame.pose)?.let { residual ->
-            val text =
-                "the mounting of ${frame.spec} is stable over its last ${SensorMounting.WINDOW} frames: $residual"
-            report(Event(Event.MOUNTING_STABLE, text))
-            staticStampNanos = frame.stampNanos ?: staticStampNanos
-            sendMountings()
-        }
+    private suspend fun publishAt(frame: CameraPose, head: HeadPose.Tracked) {
+        // No mounting is better than a wrong one: the poses at 60 Hz are composed with it.
+        if (!head.isBridged) addMounting(frame, head.pose)
         if (static == null) return publish(frame.captureNanos, frame.stampNanos, framesOf(frame.spec, frame.pose))
         // Before that nobody can look the camera up
-        val stable = mounting.stable ?: return
+        val stable = mountings[frame.spec]?.stable ?: return
         publish(frame.captureNanos, frame.stampNanos, listOf(frameIds.head to frame.pose * stable.inverse()))
+    }
+
+    private suspend fun addMounting(frame: CameraPose, head: Transform) {
+        val mounting = mountings.getOrPut(frame.spec, ::SensorMounting)
+        val residual = mounting.add(head.inverse() * frame.pose) ?: return
+        val text = "the mounting of ${frame.spec} is stable over its last ${SensorMounting.WINDOW} frames: $residual"
+        report(Event(Event.MOUNTING_STABLE, text))
+        staticStampNanos = frame.stampNanos ?: staticStampNanos
+        sendMountings()
     }
 
     private fun framesAt(head: Transform): List<Pair<String, Transform>> {

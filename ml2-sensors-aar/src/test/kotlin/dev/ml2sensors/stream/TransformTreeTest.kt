@@ -158,6 +158,27 @@ class TransformTreeTest {
     }
 
     @Test
+    fun anImageBetweenMissingPosesOfTheHeadDoesNotMoveItsMounting() = runBlocking<Unit> {
+        val session = fixture.start("""{"world_left": {}, "depth": {}, "tf": {}}""")
+        val mounting = random.transform()
+        val base = fixture.now
+        fixture.head(base, Transform.IDENTITY)
+        fixture.camera(StreamTable.worldLeft, base, mounting)
+        fixture.head(base + HEAD, Transform.IDENTITY)
+        for (stream in listOf(StreamTable.worldLeft, StreamTable.depth)) {
+            fixture.camera(stream, base + 2 * HEAD, random.transform())
+        }
+        fixture.headset.deliver(StreamTable.headPose, LostSamples(base + 2 * HEAD, 1, DropReason.SOURCE_LATE))
+        fixture.head(base + 3 * HEAD, Transform.IDENTITY)
+        fixture.finish(session)
+        val last = session.transforms().map { it.header.stamp.toNanos() }.max()
+        val sent = session.transforms().filter { it.header.stamp.toNanos() == last }
+        val frames = setOf("head_frame", "world_left_frame", "world_left_optical_frame")
+        assertEquals(frames, sent.map { it.childFrameId }.toSet())
+        assertMatrix(mounting.toMatrix(), sent.of("world_left_optical_frame"))
+    }
+
+    @Test
     fun thereIsAtMostOneTransformPerChildAndStamp() = runBlocking<Unit> {
         val session = fixture.start("""{"color": {}, "mixed_reality": {}, "depth": {}, "infra": {}, "tf": {}}""")
         val base = fixture.now
