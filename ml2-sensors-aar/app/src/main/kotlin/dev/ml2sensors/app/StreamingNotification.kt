@@ -15,6 +15,7 @@ internal class StreamingNotification(private val context: Context) {
         val name = context.getString(R.string.app_name)
         createNotificationChannel(NotificationChannel(CHANNEL, name, NotificationManager.IMPORTANCE_LOW))
     }
+    private var isRemoved = false
 
     fun of(state: StreamerState?): Notification {
         val stop = PendingIntent.getService(context, 0, StreamingService.intent(context, Command.STOP), 0)
@@ -27,9 +28,17 @@ internal class StreamingNotification(private val context: Context) {
             .build()
     }
 
-    fun show(state: StreamerState?): Unit = notifications.notify(ID, of(state))
+    /** Thread-safe, as [remove], after which it does nothing: a state may be on its way while the service ends. */
+    @Synchronized
+    fun show(state: StreamerState?) {
+        if (!isRemoved) notifications.notify(ID, of(state))
+    }
 
-    fun remove(): Unit = notifications.cancel(ID)
+    @Synchronized
+    fun remove() {
+        isRemoved = true
+        notifications.cancel(ID)
+    }
 
     private fun title(state: StreamerState?) = when (state) {
         is StreamerState.Connected -> context.getString(R.string.connected, state.receiverName)
