@@ -122,6 +122,7 @@ TEST_F(WorldRendering, NewSettingsThatDrawInterruptCapturesButNotTheirNumbers) {
     release();
     {
         const FastClock clock;
+        ml2sim_advance(kSecond / 10);
         ASSERT_EQ(update(MLWorldCameraIdentifier_Center | MLWorldCameraIdentifier_Left), MLResult_Ok);
     }
     const auto leftOut = ml2sim_captures_left_out();

@@ -6,10 +6,17 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.filterIsInstance
 import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.firstOrNull
 import kotlinx.coroutines.flow.map
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.launch
+import java.util.concurrent.ConcurrentHashMap
 import kotlin.test.assertEquals
 
 /** The native sources of one test on a simulated device of its own. */
@@ -56,4 +63,12 @@ internal class CaptureFixture : AutoCloseable {
 
         val SHORT_RANGE = StreamValues(stream = 1, width = 544, height = 480, rateHz = 30, format = "Depth32")
     }
+}
+
+/** Collects two flows at once, until a number has come of both; returns null if 600 of [other] have none of [one]. */
+internal suspend fun inCommon(one: Flow<Long>, other: Flow<Long>): Long? = coroutineScope {
+    val ofOne = ConcurrentHashMap.newKeySet<Long>()
+    val ofOther = mutableSetOf<Long>()
+    val collector = launch(Dispatchers.Default) { one.collect { ofOne += it } }
+    other.take(600).firstOrNull { ofOther.add(it) && ofOther.any(ofOne::contains) }.also { collector.cancelAndJoin() }
 }

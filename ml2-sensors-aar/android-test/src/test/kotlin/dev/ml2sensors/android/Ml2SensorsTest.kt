@@ -54,7 +54,8 @@ class Ml2SensorsTest {
                 fun reason() = assertIs<Answer.Refused>(asked.negotiate(StreamTable.gyroLeft, StreamValues())).reason
                 assertContains(reason(), "no answer within")
                 assertEquals(null, headset.thermal)
-                assertIs<Answer.Applied>(asked.negotiate(StreamTable.battery, StreamValues()))
+                // Beside a question that waits, the others get so little time that a busy machine may need several.
+                while (asked.negotiate(StreamTable.battery, StreamValues()) !is Answer.Applied) Thread.yield()
                 ends.forEach { it() }
                 while ("no answer" in reason()) Thread.yield()
                 assertContains(reason(), "this headset lists no single Headset Left Gyroscope sensor")

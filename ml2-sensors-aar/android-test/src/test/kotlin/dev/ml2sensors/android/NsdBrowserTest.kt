@@ -4,6 +4,7 @@ import android.app.Application
 import android.net.nsd.NsdManager
 import android.net.wifi.WifiManager
 import android.os.HandlerThread
+import dev.ml2sensors.TEST_LIMIT
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.NoAnswerException
@@ -37,7 +38,7 @@ class NsdBrowserTest {
     private val wifi = app.getSystemService(WifiManager::class.java)
     private val manager = Shadow.newInstanceOf(NsdManager::class.java)
     private val network = Shadow.extract<FakeNsdManager>(manager)
-    private val browser = NsdBrowser({ manager }, { wifi })
+    private val browser = NsdBrowser({ manager }, { wifi }, resolutionLimit = TEST_LIMIT)
     private val locks = FakeMulticastLock.held.apply { set(0) }
     private val desk = "desk" to ReceiverAddress("192.168.1.5", 7755)
     private val robot = "robot" to ReceiverAddress("fd00:0:0:0:0:0:0:7", 7756)
@@ -116,7 +117,7 @@ class NsdBrowserTest {
     }
 
     @Test
-    fun tenThousandSearchesThatFindNothingStartOneThread() = runTest {
+    fun tenThousandSearchesThatFindNothingStartOneThread() = runTest(timeout = TEST_LIMIT) {
         // As Android's constructor does, which the shadow of this test replaces. Nothing ends this thread.
         val newManager = { manager.also { HandlerThread(THREAD).start() } }
         val anyReceiver = Receiver.discover(NsdBrowser(newManager, { wifi }))

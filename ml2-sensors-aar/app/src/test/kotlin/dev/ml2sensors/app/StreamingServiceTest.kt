@@ -131,6 +131,7 @@ class StreamingServiceTest {
         send(Command.START)
         paired.session("""{"battery": {}, "world_left": {}}""")
         eventually("the streams") { app.streaming.status().streams.size == 2 }
+        eventually("the reply to START") { lines().size == 1 }
         send(Command.STATUS)
         eventually("the status") { lines().any { "world_left" in it } }
         val (status, camera, battery) = lines().drop(1).map(::json)
