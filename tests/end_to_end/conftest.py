@@ -12,9 +12,10 @@ from typing import Any
 import pytest
 from xdist.scheduler import LoadScopeScheduling  # type: ignore[import-untyped]
 
+from counters import Snapshot
 from full_load import FullLoad, full_load
-from processes import Received
-from simulation import EYES, SMALL, STILL
+from processes import Received, full_name
+from simulation import CAMERAS, EYES, SMALL, STILL, image_topic
 
 # Tests of one group run on one worker, one after another, so that a recording is made once. Two
 # groups have all loads that need a processor each, so that no more run at a time.
@@ -77,10 +78,22 @@ def flat(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
 
 @pytest.fixture(scope="session")
 def rig(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
-    """A load for tests that look at no pixels, and not at the eyes."""
+    """A load for tests that look at no pixels and no eyes, with images of stable cameras."""
+    folder = tmp_path_factory.mktemp("rig")
+    at_stable: dict[str, int] = {}
+
+    def have_stable_images(snapshot: Snapshot) -> bool:
+        said = (folder / "receiver.log").read_text()
+        counts = {it: snapshot["topics"][full_name(image_topic(it))]["count"] for it in CAMERAS}
+        for camera, count in counts.items():
+            if f"the mounting of {camera} is stable" in said:
+                at_stable.setdefault(camera, count)
+        return all(it in at_stable and counts[it] >= at_stable[it] + 30 for it in CAMERAS)
+
     return full_load(
-        tmp_path_factory.mktemp("rig"),
+        folder,
         *STILL,
+        until=have_stable_images,
         tf={"layout": "rig"},
         picture_center=SMALL,
         controller={"backend": "openxr"},

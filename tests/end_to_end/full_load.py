@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from counters import have_arrived
+from counters import Snapshot, have_arrived
 from left_out import left_out
 from processes import Received, receive
 from simulated_truth import SimulatedTruth
@@ -34,16 +35,26 @@ class FullLoad:
     left_out: dict[str, int]
 
 
-def full_load(folder: Path, *options: str, **changes: dict[str, Any]) -> FullLoad:
+def full_load(
+    folder: Path,
+    *options: str,
+    until: Callable[[Snapshot], bool] = lambda _: True,
+    **changes: dict[str, Any],
+) -> FullLoad:
     """Runs all sensors until there are 5 s of readings, and images of each camera.
 
     Args:
         options: more of ml2-headset.
+        until: what must be true of a snapshot, too.
         changes: changes of the demo's configuration, by section.
     """
     config = folder / "everything.yaml"
     config.write_text(raw_config(**changes))
-    is_enough = have_arrived(_LEAST, of_others=1)
+    have_all = have_arrived(_LEAST, of_others=1)
+
+    def is_enough(snapshot: Snapshot) -> bool:
+        return have_all(snapshot) and until(snapshot)
+
     truth = SimulatedTruth.now()
     received = receive(config, [*EXACT, *options], folder, is_enough=is_enough)
     assert not truth.clock_was_set()

@@ -53,12 +53,14 @@ class Proxy:
         return f"{host}:{port}"
 
     def __enter__(self) -> Self:
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._accepting = threading.Thread(target=self._accept, daemon=True)
+        self._accepting.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
+        self._accepting.join()
         self.cut()
 
     def limit(self, bytes_per_s: float | None) -> None:
@@ -90,7 +92,11 @@ class Proxy:
             except OSError:
                 return
             device.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            receiver = socket.create_connection(self._target)
+            try:
+                receiver = socket.create_connection(self._target)
+            except OSError:  # a headset looks for a receiver that has ended
+                device.close()
+                continue
             receiver.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             with self._lock:
                 self._sockets |= {device, receiver}

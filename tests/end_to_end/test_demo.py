@@ -54,7 +54,7 @@ def test_the_demo_leaves_a_report_and_a_picture(tmp_path: Path) -> None:
 
     def has_images(_: object) -> bool:
         report = json.loads((DEMO / "report.json").read_text())
-        return bool(report["topics"][f"{PREFIX}/world_left/image_raw"]["count"] > 5)
+        return bool(report["topics"][f"{PREFIX}/world_left/image_raw"]["count"] > 30)
 
     demo = run_until(has_images, 2, tmp_path, sections)
     assert "ml2-receiver view" in demo.stderr

@@ -77,6 +77,7 @@ NEEDS_RECEIVER = re.compile(
     r"\S+ (topics|latency|echo|set|call|devices(?!.*--paired)|doctor|products|compat"
     r"|record.*--attach|export --kalibr \w+(?!.*--bag)|view(?! \w))\b"
 )
+LIVE_EXPORT = re.compile(r"\S+ export --kalibr \w+(?!.*--bag)")
 NEEDS_NO_HEADSET = re.compile(r"\S+ messages\b")
 
 
@@ -199,6 +200,9 @@ class Reader:
             watching.interrupt()
         elif "--pair -" in line:
             self._pair(line)
+        elif LIVE_EXPORT.match(line):
+            # On a slow machine, what it needs may not come while it waits for it.
+            await_true(lambda: self.start(line).process.wait(LIMIT_S) == 0)
         else:
             self.start(line).end(
                 0, *[1] * (words[1] in ("doctor", "inspect"))

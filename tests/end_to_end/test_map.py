@@ -38,6 +38,7 @@ from transforms import matrix
 from waiting import await_true
 
 STARTS = 10
+GAZE_HZ = 60
 CONFIG = only(
     """
     markers: {enabled: true, type: aruco, dictionary: 5X5_100, size_m: 0.48},
@@ -150,6 +151,12 @@ def appearances_ns(received: Received) -> tuple[int, int]:
     return stamps[0], stamps[int(np.argmax(np.diff(stamps))) + 1]
 
 
+def is_at_once(received: Received, since_ns: int, at_ns: int) -> bool:
+    """Returns whether less than 200 ms passed, not counting while the headset stood still."""
+    gazes = sum(since_ns < stamp_ns(it) < at_ns for it in received.messages("gaze"))
+    return gazes < 0.2 * GAZE_HZ
+
+
 def states(received: Received) -> list[tuple[int, Any]]:
     """Returns the stamp in ns and the status of each state."""
     messages = received.messages("map/state")
@@ -215,13 +222,13 @@ def test_the_transform_follows_an_origin_that_moves_without_an_event(changes: Re
 def test_without_confidence_the_transforms_end_and_the_state_says_why(changes: Received) -> None:
     _, fallen_ns = appearances_ns(changes)
     last_ns = transforms(changes)[WORLD][-1][0]
-    assert last_ns < fallen_ns + 200_000_000
+    assert is_at_once(changes, fallen_ns, last_ns)
     told = [(at, it) for at, it in states(changes) if at > last_ns]
     first_ns, status = told[0]
-    assert first_ns < fallen_ns + 200_000_000
+    assert is_at_once(changes, fallen_ns, first_ns)
     assert (status.level, status.message) == (b"\1", "no transform: confidence is poor, low_light")
     assert all(it.level == b"\1" for _, it in told)
-    assert max(stamp_ns(it) for it in changes.messages("gaze")) > fallen_ns + 200_000_000
+    assert not is_at_once(changes, fallen_ns, max(map(stamp_ns, changes.messages("gaze"))))
 
 
 def test_diagnostics_say_how_well_the_headset_perceives(tmp_path: Path) -> None:

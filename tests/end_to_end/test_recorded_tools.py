@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -37,12 +38,22 @@ def bag(config: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording of a walk with more than _IMAGES of each camera, made without ROS."""
     folder = tmp_path_factory.mktemp("recording")
     draw_images(config, ())
-    return recorded_walk(config, folder, has_images)
+    return recorded_walk(config, folder, images_with_poses())
 
 
-def has_images(bag: Path) -> bool:
-    counts = message_counts(bag)
-    return all(counts.get(f"{PREFIX}/{it}/image_raw", 0) > _IMAGES for it in CAMERAS.values())
+def images_with_poses() -> Callable[[Path], bool]:
+    """Returns a predicate of a bag that grows: it has so many images that those before the first
+    pose are less than a tenth."""
+    before = dict.fromkeys(CAMERAS.values(), 0)
+
+    def has_images(bag: Path) -> bool:
+        counts = message_counts(bag)
+        images = {it: counts.get(f"{PREFIX}/{it}/image_raw", 0) for it in before}
+        if not counts.get("/tf"):
+            before.update(images)
+        return all(images[it] > _IMAGES + 10 * before[it] for it in before)
+
+    return has_images
 
 
 @pytest.fixture(scope="module")

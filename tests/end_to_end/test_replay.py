@@ -26,6 +26,7 @@ SENSORS |= {f"{imu}/imu": "imu0" for imu in ("accel_left", "gyro_left", "imu_lef
 for camera, stream in CAMERAS.items():
     SENSORS |= {f"{stream}/{topic}": camera for topic in ("image_raw", "camera_info", "metadata")}
 COMPRESSED = "world_left/image_raw/compressed"
+# No subscriber is as fast as full speed, nor as any where it stands still for a moment.
 DEEP_PUBLISHERS = ["--ros-args"]
 for name in ("/tf", *(f"{PREFIX}/{topic}" for topic in (*SENSORS, COMPRESSED))):
     DEEP_PUBLISHERS += ["-p", f"qos_overrides.{name}.publisher.depth:=1000"]
@@ -61,12 +62,10 @@ def replayed(
     rate_factor: str, recording: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Received:
     headset = ["--replay", str(recording), "--rate-factor", rate_factor]
-    # No subscriber is as fast as full speed, so publishers need deep queues.
-    receiver = DEEP_PUBLISHERS if rate_factor == "max" else ()
     folder = tmp_path_factory.mktemp("replay")
     config = folder / "config.yaml"
     config.write_text(raw_config())
-    return receive(config, headset, folder, receiver_options=receiver)
+    return receive(config, headset, folder, receiver_options=DEEP_PUBLISHERS)
 
 
 @pytest.fixture(scope="module")

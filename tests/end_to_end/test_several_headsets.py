@@ -23,6 +23,7 @@ from simulation import STILL
 
 NAMES = ["robot1", "robot2", "robot3", "robot4"]
 LEAST = 21
+TOPICS = (f"{PREFIX}/color/image_raw/compressed", f"{PREFIX}/head_pose")
 CONFIG = only(
     """
     picture_center: {enabled: true, resolution_width: 640, resolution_height: 480},
@@ -43,7 +44,10 @@ def received(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Received]:
         for name in NAMES:
             logs = folder / name
             logs.mkdir()
-            command = receive_command(config, "127.0.0.1:0", "--start-paused", "--name", name)
+            # A subscriber that stands still for a moment loses nothing.
+            deep = [f"-p qos_overrides./{name}{it}.publisher.depth:=1000" for it in TOPICS]
+            ros = ["--ros-args", *(word for it in deep for word in it.split())]
+            command = receive_command(config, "127.0.0.1:0", "--start-paused", "--name", name, *ros)
             receiver = stack.enter_context(process(command, environment, logs / "receiver.log"))
             subscribers[name] = stack.enter_context(subscribing(environment, logs, name))
             headset = headset_command(listening_address(receiver), *STILL)
@@ -63,8 +67,8 @@ def test_each_headset_has_its_own_topics_and_loses_nothing(
     received: dict[str, Received], name: str
 ) -> None:
     own = received[name]
-    for topic in ("color/image_raw/compressed", "head_pose"):
-        full = f"/{name}{PREFIX}/{topic}"
+    for topic in TOPICS:
+        full = f"/{name}{topic}"
         assert len(own.topics[full][1]) >= LEAST
         counters = own.counters(full)
         assert int(counters["received"]) == len(own.topics[full][1])

@@ -15,6 +15,7 @@ from ml2_receiver.topics.stamps import stamp_reader
 from ml2_tools.evaluation.tum import write_tum
 from processes import PREFIX, ROOT, Received, receive
 from simulated_truth import SimulatedTruth
+from transforms import moving
 from true_walk import TrueWalk, camera_in_head
 from walks import REST_S, Walk
 
@@ -97,9 +98,13 @@ def _streamed(
     # The grid of captures and the walk both start at a whole second.
     captures = int(walk.duration_s * _IMAGES_HZ + 1e-6) + 1
     window_ns = truth.start_ns - _HALF_NS, truth.end_ns + _HALF_NS
-    images_sent = _images(received, walk.camera, *window_ns)
+    images = _images(received, walk.camera, *window_ns)
+    images_sent = len(images)
     if not captures - late <= images_sent <= captures:
         raise FellBehindError(f"{captures - images_sent} of {captures} captures came too late")
+    poses, frame = moving(received), f"{walk.camera}_optical_frame"
+    if without_pose := [at for at in images if (frame, at) not in poses]:
+        raise FellBehindError(f"the head's poses of {len(without_pose)} captures came too late")
     record(received, folder / "bag", *window_ns)
     write_tum(folder / "truth.tum", truth.trajectory(received))
     (folder / "received.payloads").unlink()
@@ -147,8 +152,7 @@ def check_nothing_is_lost(received: Received) -> None:
             raise FellBehindError(f"{topic}: {dropped}")
 
 
-def _images(received: Received, camera: str, start_ns: int, end_ns: int) -> int:
-    """Returns the number of images with stamps from `start_ns` to `end_ns`."""
+def _images(received: Received, camera: str, start_ns: int, end_ns: int) -> list[int]:
+    """Returns the stamps of images from `start_ns` to `end_ns`."""
     type, payloads = received.topics[f"{PREFIX}/{camera}/image_raw"]
-    read_stamp = stamp_reader(type)
-    return sum(start_ns <= read_stamp(payload) <= end_ns for payload in payloads)
+    return [at for at in map(stamp_reader(type), payloads) if start_ns <= at <= end_ns]
