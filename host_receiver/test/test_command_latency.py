@@ -52,11 +52,13 @@ def cells(child: Child) -> list[str]:
 
 
 def test_it_shows_where_the_time_goes(device: MockDevice) -> None:
+    began_s = time.monotonic()
     with publishing(device), latency("--once", "--duration", "1") as child:
         _, messages, *figures = cells(child)
         assert child.wait() == 0
+        took_s = time.monotonic() - began_s
     sent, received, published, subscriber, mean, p50, p99, jitter = map(float, figures)
-    assert 1 <= int(messages) <= 100
+    assert 1 <= int(messages) <= 50 * took_s
     assert sent == pytest.approx(30, abs=0.001)
     assert received >= 20
     assert min(published, subscriber, jitter) >= 0

@@ -1,5 +1,6 @@
 import json
 import socket
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -87,7 +88,9 @@ def test_five_wrong_tokens_end_it(tmp_path: Path, keys: Path) -> None:
                 send(tls, PAIR, device.answer(read(tls)[1]["nonce"], token="0" * 32))
                 assert read(tls)[0] == ERROR
         assert pairing.wait() == 2
-    error, hint = pairing.errors[-2:]
+    # Each wrong token is told by a thread of its own.
+    told = ("wrong token, ", "more such events")
+    error, hint = [it for it in pairing.errors if not any(words in it for words in told)][-2:]
     assert "too many wrong tokens" in error
     assert hint.startswith("hint: Somebody on the network may be guessing.")
     assert PairedDevices(keys).load() == []
@@ -96,16 +99,19 @@ def test_five_wrong_tokens_end_it(tmp_path: Path, keys: Path) -> None:
 def test_strangers_do_not_make_the_code_scroll_away(tmp_path: Path, keys: Path) -> None:
     with pair_command(keys) as pairing:
         device = Device(tmp_path, PairingUri.parse(pairing.line()))
+        began_s = time.monotonic()
         for _ in range(50):
             with socket.create_connection(device.address, LIMIT_S) as other:
                 other.sendall(b"GET / HTTP/1.1\r\n\r\n")
                 with suppress(ConnectionError):
                     other.recv(100)
+        took_s = time.monotonic() - began_s
         assert device.pair()[0] == PAIRED
         assert pairing.wait() == 0
     # The first stranger may come before how long the code is valid is said
     assert any("no TLS connection" in line for line in pairing.errors[:2])
-    assert len(pairing.errors) < 25
+    # Three lines of each second, and some of others
+    assert len(pairing.errors) < min(50, 10 + 3 * took_s)
 
 
 def test_a_folder_that_takes_nothing_is_named(tmp_path: Path, keys: Path) -> None:

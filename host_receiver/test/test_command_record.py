@@ -183,7 +183,11 @@ def test_it_says_what_is_missing_and_how_long_the_recording_is(folder: Path, con
 
 
 def test_it_records_for_the_time_that_was_asked_for(folder: Path, config: Path) -> None:
-    with started(folder, config, "--no-ros", "--duration", "0.1") as (recording, _):
+    with (
+        Recording(folder, config, "--no-ros", "--duration", "0.1") as recording,
+        MockDevice(recording.address) as device,
+    ):
+        device.greet()  # the event of which is the first message
         assert recording.wait() == 0
 
 

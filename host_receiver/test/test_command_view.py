@@ -2,6 +2,7 @@
 
 import os
 import socket
+import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
@@ -228,9 +229,10 @@ def test_a_headset_is_paired_on_the_page(
     keys = tmp_path / "keys"
     with View("--keys", str(keys), "--receiver-port", "4711") as view:
         with Browser(view.url, view.token) as browser:
+            began_s = time.monotonic()
             browser.say(pair=True)
             news = browser.text("pairing")
-            assert 295 < news["left_s"] <= 300
+            assert 299 - (time.monotonic() - began_s) < news["left_s"] <= 300
             assert code_of(news["modules"]) == news["uri"]
             uri = PairingUri.parse(news["uri"])
             # Each address of this machine leads to the same listener.
@@ -287,7 +289,9 @@ def test_it_subscribes_to_an_image_only_while_a_browser_shows_it(watched: View) 
 
     def await_subscribers(number: int) -> None:
         wanted = str(number)
-        rows = node.rows(WATCHED, 20, lambda it: it.get(WORLD, {}).get("subscribers") == wanted)
+        rows = node.rows(
+            WATCHED, LIMIT_S, lambda it: it.get(WORLD, {}).get("subscribers") == wanted
+        )
         assert rows[EYE]["subscribers"] == "0"
 
     try:

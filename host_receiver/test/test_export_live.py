@@ -21,6 +21,7 @@ from camera_messages import camera_info, stamped, transform_of
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.mounts import save_mounts
 from test_export_euroc import MOUNT, OPTIONS
+from waiting import LIMIT_S
 
 PREFIX = "/export_test"
 CAMERAS = ("world_left", "world_right")
@@ -98,7 +99,10 @@ def arguments() -> list[str]:
 
 
 @pytest.fixture
-def headset(ros_of_children: None, arguments: list[str]) -> Iterator[RigHeadset]:
+def headset(
+    ros_of_children: None, arguments: list[str], monkeypatch: pytest.MonkeyPatch
+) -> Iterator[RigHeadset]:
+    monkeypatch.setattr("ml2_tools.commands.export.PATIENCE_S", LIMIT_S)
     headset = RigHeadset(arguments)
     yield headset
     headset.close()

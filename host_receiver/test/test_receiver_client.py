@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 from ml2_receiver.errors import RosError
 from ml2_receiver.ros.context import spin_until, start_node, tool_node
 from ml2_tools.live.receiver_client import ReceiverClient
-from waiting import LIMIT_S
+from waiting import LIMIT_S, await_true
 
 NEVER = 1 << 30
 
@@ -88,8 +88,10 @@ def test_a_request_is_made_once_and_only_when_its_answer_will_arrive(late: LateR
 @pytest.mark.parametrize("deaf_for", [NEVER])
 def test_a_receiver_that_never_answers_gets_no_request(late: LateReceiver) -> None:
     with tool_node("tool") as tool:
+        await_true(lambda: tool.count_services("/ml2_receiver/get_parameters") > 0)
         client = ReceiverClient(tool.context, "/ml2_receiver", 0.5, ["start"])
         with pytest.raises(RosError, match="has not answered"):
             client.call("start")
         client.close()
+    await_true(lambda: bool(late.requests))
     assert set(late.requests) == {"get_parameters"}

@@ -24,7 +24,7 @@ from ml2_receiver.wire.frame import CDR_ENCAPSULATION, encode_frame
 from ml2_receiver.wire.kinds import Kind
 from mock_device import PAYLOAD, MockDevice, Wire
 from scene import PATIENT, REQUEST
-from waiting import LIMIT_S
+from waiting import LIMIT_S, await_true
 
 IMAGE = "world_left/image_raw"
 INFO = "world_left/camera_info"
@@ -306,7 +306,7 @@ def test_a_stopped_server_says_goodbye_and_leaves_no_threads(sink: FakeSink) -> 
         device.start()
         pending = Wire(server.address, "control")
         server.stop()
-        assert set(threading.enumerate()) <= before
+        await_true(lambda: set(threading.enumerate()) <= before)
         device.wires["control"].expect(Kind.BYE)
         for wire in (*device.wires.values(), pending):
             wire.expect_end()
