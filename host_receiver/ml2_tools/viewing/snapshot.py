@@ -28,6 +28,7 @@ from .view import View
 SNAPSHOT = "snapshot"
 # Cameras may have been paused until now.
 _PATIENCE_S = 5.0
+_KEPT_S = 1.0
 _POLL_S = 0.05
 _MM_PER_M = 1000
 _DEPTH, _COLOR = "depth", "color"
@@ -53,15 +54,25 @@ def snapshot_of(view: View, shown: Collection[str]) -> bytes:
 
 
 def _newest(view: View, streams: Collection[str]) -> dict[str, Newest]:
-    """Returns an image of each stream; waits for those whose lens and pose are not there yet."""
+    """Returns an image of each stream; waits for those whose lens and pose are not there yet.
+
+    On a slow machine, the pose of an image comes after the next image. So one is kept for a while.
+    """
     deadline_s = time.monotonic() + _PATIENCE_S
     found: dict[str, Newest] = {}
+    kept_until_s = dict.fromkeys(streams, 0.0)
     missing = set(streams)
     while missing:
         for stream in list(missing):
-            found[stream] = view.images[stream].newest
-            if _is_complete(view, stream, found[stream]):
-                missing.remove(stream)
+            newest, now_s = view.images[stream].newest, time.monotonic()
+            kept = found.get(stream)
+            if kept is None or not kept[1] or now_s >= kept_until_s[stream]:
+                found[stream], kept_until_s[stream] = newest, now_s + _KEPT_S
+            for image in (newest, found[stream]):
+                if _is_complete(view, stream, image):
+                    found[stream] = image
+                    missing.discard(stream)
+                    break
         if time.monotonic() >= deadline_s:
             break
         time.sleep(_POLL_S)
