@@ -1,15 +1,17 @@
-"""The newest image of a stream, as browsers get it."""
+"""The newest image of a stream, as browsers and snapshots get it."""
 
 import json
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import bag_scene
-from ml2_tools.viewing import newest_image
+from ml2_tools.viewing import newest_image, snapshot
 from ml2_tools.viewing.full_image import FullImage
 from ml2_tools.viewing.newest_image import NewestImage
 from ml2_tools.viewing.preview import preview_of
@@ -100,3 +102,36 @@ def test_an_image_that_cannot_be_read_is_said_in_words(payload: bytes) -> None:
     found = json.loads(message)
     assert (number, found["type"], found["stream"]) == (1, "image", "world_left")
     assert found["reason"]
+
+
+class Images:
+    """Has a new image each time, as where images come faster than the poses of their captures."""
+
+    def __init__(self) -> None:
+        self._numbers = count(1)
+
+    @property
+    def newest(self) -> tuple[int, str, bytes]:
+        number = next(self._numbers)
+        return number, TYPE, bag_scene.image(number)
+
+
+class LatePoses:
+    """Knows the pose of a capture only when it is asked for it again."""
+
+    def __init__(self) -> None:
+        self._asked = set[int]()
+
+    def pose_at(self, _: str, stamp_ns: int) -> Any:
+        is_known = stamp_ns in self._asked
+        self._asked.add(stamp_ns)
+        return "pose" if is_known else None
+
+    def lens(self, _: str) -> str:
+        return "lens"
+
+
+def test_an_image_is_kept_until_its_pose_has_come(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(snapshot, "_POLL_S", 0.001)
+    view: Any = SimpleNamespace(images={"depth": Images()}, scene=LatePoses())
+    assert snapshot._newest(view, ["depth"])["depth"][0] == 1

@@ -253,13 +253,13 @@ class NativeSourceTest {
         assertEquals(0, Simulation.openHandles())
     }
 
-    /** Until [isEnough] images have come. */
     /** Waits for [count] elements that were not there yet. */
     private suspend fun Channel<Long>.awaitNew(count: Int) {
         while (tryReceive().isSuccess) Unit
         repeat(count) { receive() }
     }
 
+    /** Until [isEnough] images have come. */
     private suspend fun Flow<Sample>.takeUntil(isEnough: (images: Int) -> Boolean): List<Sample> {
         var images = 0
         val received = mutableListOf<Sample>()
