@@ -273,11 +273,11 @@ format: setup-headset+lint $(ktlint_jar) ## Lay out Python and Kotlin as lint wa
 	$(ktlint) --format
 
 $(ktlint_jar):
-	$(maven) dependency:copy --non-recursive -DoutputDirectory=$(CURDIR)/$(@D) \
+	$(maven) dependency:copy --non-recursive -DoutputDirectory="$(CURDIR)/$(@D)" \
 	  -Dartifact=com.pinterest.ktlint:ktlint-cli:$(ktlint_version):jar:all
 
 $(detekt_jar):
-	$(maven) dependency:copy --non-recursive -DoutputDirectory=$(CURDIR)/$(@D) \
+	$(maven) dependency:copy --non-recursive -DoutputDirectory="$(CURDIR)/$(@D)" \
 	  -Dartifact=io.gitlab.arturbosch.detekt:detekt-cli:$(detekt_version):jar:all
 
 bench: build ## Measure against bare loops, and [PEER=checkout of ROS-TCP-Endpoint]; results in build/bench
