@@ -23,10 +23,15 @@ import kotlin.streams.asSequence
 internal class MulticastBrowser(private val interfaces: List<InetAddress> = multicastInterfaces()) : ReceiverBrowser {
     override fun receivers(): Flow<Map<String, ReceiverAddress>> = callbackFlow {
         val listener = Listener { trySend(it) }
-        val resolvers = interfaces.map { JmDNS.create(it) }
-        for (resolver in resolvers) resolver.addServiceListener("${ReceiverBrowser.SERVICE_TYPE}.local.", listener)
-        // JmDNS takes two seconds to close: it waits for goodbyes of services, of which there are none
-        awaitClose { thread(isDaemon = true) { resolvers.forEach(JmDNS::close) } }
+        val resolvers = mutableListOf<JmDNS>()
+        try {
+            interfaces.mapTo(resolvers) { JmDNS.create(it) }
+            for (resolver in resolvers) resolver.addServiceListener("${ReceiverBrowser.SERVICE_TYPE}.local.", listener)
+            awaitClose()
+        } finally {
+            // JmDNS takes two seconds to close: it waits for goodbyes of services, of which there are none
+            thread(isDaemon = true) { resolvers.forEach(JmDNS::close) }
+        }
     }.conflate().flowOn(Dispatchers.IO)
 
     private class Listener(private val changed: (Map<String, ReceiverAddress>) -> Unit) : ServiceListener {
