@@ -8,9 +8,10 @@ from xml.etree import ElementTree
 
 import pytest
 
+from ml2_receiver.ros import fastdds
 from ml2_receiver.ros.fastdds import PROFILES_VARIABLE, apply_default_profile
 from ros_domain import reserve_domain
-from ros_processes import environment
+from ros_processes import Child, environment
 from waiting import LIMIT_S
 
 MEBIBYTE = 2**20
@@ -92,7 +93,9 @@ import rclpy
 rclpy.init()
 node = rclpy.create_node("profile_probe")
 mapped = [line.split()[-1] for line in Path("/proc/self/maps").read_text().splitlines()]
-segments = {Path(it) for it in mapped if it.startswith("/dev/shm/fastrtps_")}
+# A participant locks a file of each memory that is its own.
+open_files = {os.path.realpath(it) for it in Path("/proc/self/fd").iterdir()}
+segments = {Path(it) for it in mapped if f"{it}_el" in open_files}
 print(max(file.stat().st_size for file in segments))
 node.destroy_node()
 rclpy.shutdown()
@@ -126,6 +129,58 @@ def test_a_participant_makes_the_segment(free: list[str], least: int, most: int)
     environ.pop(PROFILES_VARIABLE, None)
     printed, _ = printed_by_a_participant(environ, *free)
     assert least < int(printed) < most
+
+
+LASTING_PARTICIPANT = f"""{PARTICIPANT.partition("print")[0]}
+print(max(segments, key=lambda it: it.stat().st_size), flush=True)
+sys.stdin.read()
+"""
+
+
+def test_the_memory_of_a_killed_participant_is_removed_and_that_of_a_living_one_stays() -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    with (
+        Child("-c", LASTING_PARTICIPANT) as living,
+        Child("-c", LASTING_PARTICIPANT) as killed,
+    ):
+        living_memory, left_memory = Path(living.line()), Path(killed.line())
+        killed.process.kill()
+        killed.process.wait(LIMIT_S)
+        apply_default_profile({})
+        assert not any(it.exists() for it in with_lock(left_memory))
+        assert all(it.exists() for it in with_lock(living_memory))
+
+
+def with_lock(memory: Path) -> tuple[Path, Path]:
+    return memory, memory.with_name(f"{memory.name}_el")
+
+
+@pytest.mark.parametrize("name", ["fastrtps_port7411", "fastrtps_0123456789abcdeg", "other"])
+def test_other_shared_memory_stays(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fastdds, "_SHARED_MEMORY", tmp_path)
+    files = with_lock(tmp_path / name)
+    for file in files:
+        file.touch()
+    apply_default_profile({})
+    assert all(it.exists() for it in files)
+
+
+def test_shared_memory_of_another_user_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fastdds, "_SHARED_MEMORY", tmp_path)
+    files = with_lock(tmp_path / "fastrtps_0123456789abcdef")
+    for file in files:
+        file.touch()
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    apply_default_profile({})
+    assert all(it.exists() for it in files)
+    monkeypatch.undo()
+    monkeypatch.setattr(fastdds, "_SHARED_MEMORY", tmp_path)
+    apply_default_profile({})
+    assert not any(it.exists() for it in files)
 
 
 def shared_files(domain: int) -> list[Path]:

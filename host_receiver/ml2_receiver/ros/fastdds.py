@@ -5,6 +5,7 @@ on the way to a best-effort subscriber; with 64 MiB it loses none.
 """
 
 import atexit
+import fcntl
 import os
 import tempfile
 from collections.abc import MutableMapping
@@ -16,7 +17,9 @@ from xml.etree import ElementTree
 PROFILES_VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 _WORKING_DIRECTORY_PROFILE = Path("DEFAULT_FASTRTPS_PROFILES.xml")
 
-_SHARED_MEMORY = "/dev/shm"
+_SHARED_MEMORY = Path("/dev/shm")
+# A lock of the memory of a participant, which has the same name without the end
+_LOCKS = f"fastrtps_{'[0-9a-f]' * 16}_el"
 NEEDED_BYTES = 80_000_000
 _DEFAULT_SEGMENT_BYTES = 512 * 1024
 # Fast DDS reads no prefixes of namespaces, so this one is written without.
@@ -26,6 +29,7 @@ ElementTree.register_namespace("", "http://www.eprosima.com/XMLSchemas/fastRTPS_
 def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
     """Makes Fast DDS use this package's profile, unless the user has chosen one.
 
+    Removes the shared memory that this user's killed participants have left.
     Fast DDS reads `environ` when its first participant is made: call this before rclpy.init.
 
     Returns:
@@ -35,6 +39,7 @@ def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
         return None
     if environ.get(PROFILES_VARIABLE) or _WORKING_DIRECTORY_PROFILE.exists():
         return None
+    _remove_memory_of_killed_participants()
     profile = resources.files("ml2_receiver").joinpath("data/fastdds_profile.xml")
     free_bytes = free_shared_memory_bytes()
     if free_bytes >= NEEDED_BYTES:
@@ -58,6 +63,24 @@ def free_shared_memory_bytes() -> int:
     except FileNotFoundError:
         return 0
     return memory.f_bavail * memory.f_frsize
+
+
+def _remove_memory_of_killed_participants() -> None:
+    """Does what `fastdds shm clean` does for the memory of participants, 70 MB with this profile.
+
+    A participant locks its file before it makes the memory, and keeps the lock while it lives.
+    """
+    for lock in _SHARED_MEMORY.glob(_LOCKS):
+        memory = lock.with_name(lock.name.removesuffix("_el"))
+        try:
+            if {lock.lstat().st_uid, memory.lstat().st_uid} != {os.geteuid()}:
+                continue
+            with lock.open("rb") as file:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                memory.unlink()
+                lock.unlink()
+        except (BlockingIOError, FileNotFoundError):
+            continue  # it lives, or has begun or ended this moment
 
 
 def _write_temporary(profile: str, segment_bytes: int) -> str:
