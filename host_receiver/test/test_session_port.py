@@ -1,6 +1,7 @@
 """Choosing the address at which headsets connect."""
 
 import gc
+import io
 import sys
 from argparse import Namespace
 from contextlib import ExitStack
@@ -21,6 +22,7 @@ from ml2_receiver.wire.opening_bodies import Open
 from mock_device import MockDevice
 from test_server import mark_of
 from tls_device import Certificate
+from waiting import await_true
 
 
 @pytest.fixture(autouse=True)
@@ -80,8 +82,10 @@ def test_eye_images_are_withheld_in_the_clear_unless_allowed(
 
 
 def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
-    tmp_path: Path, port: int, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    said = io.StringIO()
+    monkeypatch.setattr(sys, "stdout", said)
     config = only_config("battery: {enabled: true}")
     with SessionPort(options(tmp_path / "keys")) as way_in, ExitStack() as stack:
         server = new_server(way_in, config, FakeSink())
@@ -89,9 +93,7 @@ def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
         assert server.address == f"127.0.0.1:{port}"
         certificate = Certificate(tmp_path / "a", "a")
         PairedDevices(tmp_path / "keys").add("a", "a", certificate.der)
-        said = ""
-        while f"listening on {text(everywhere(port))}" not in said:
-            said += capsys.readouterr().out
+        await_true(lambda: f"listening on {text(everywhere(port))}" in said.getvalue())
         with MockDevice(f"127.0.0.1:{port}", tls=certificate.context()) as device:
             device.connect()
 
