@@ -30,6 +30,7 @@ from sound_bag import BEGIN_NS, IMU, PREFIX
 
 ROWS = sound_rows()
 FIELD = Path(__file__).parents[3] / "shared/data/field/bags"
+FIELD_NAMES = sorted(it.name for it in FIELD.iterdir()) if FIELD.exists() else []
 MAGIC = b"\x89MCAP0\r\n"
 
 
@@ -39,17 +40,17 @@ def read(path: Path) -> tuple[int, list[str]]:
     return sum(1 for _ in bag.messages()), bag.left_out
 
 
-@pytest.mark.parametrize(
-    "name", ["plain", "date_stamped", "app_topic_config", "lz4", "no_repeated_channels"]
-)
-def test_recordings_from_the_field_are_whole(name: str) -> None:
-    if not FIELD.exists():
-        pytest.skip("there are none")
-    bag = IndexedBag(FIELD / name)
+@pytest.mark.parametrize("name", ["made", *FIELD_NAMES])
+def test_recordings_of_the_tests_and_from_the_field_are_whole(name: str, tmp_path: Path) -> None:
+    folder, expected = FIELD / name, 1541
+    if name == "made":
+        folder, expected = tmp_path / name, len(ROWS)
+        with_rosbags(folder, ROWS)
+    bag = IndexedBag(folder)
     # The app has topics of its own.
     others = sum(count for topic, count in bag.counts.items() if "/custom/" in topic)
     assert bag.prefix == PREFIX
-    assert sum(1 for _ in bag.messages()) - others == bag.counts.total() - others == 1541
+    assert sum(1 for _ in bag.messages()) - others == bag.counts.total() - others == expected
     assert not bag.left_out
 
 
