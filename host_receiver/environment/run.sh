@@ -9,6 +9,10 @@ venv=$(dirname "$receiver")/build/venv
 if grep -qs 'include-system-site-packages = false' "$venv/pyvenv.cfg"; then
   # The wheels find their libraries themselves; those of another ROS in the caller's environment would go first.
   unset AMENT_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+  if [[ ${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp} != rmw_fastrtps_cpp ]]; then
+    echo "run.sh: build/venv has no $RMW_IMPLEMENTATION: rmw_fastrtps_cpp is used, which nodes on other DDS hear; those on Zenoh need --zenoh" >&2
+    unset RMW_IMPLEMENTATION
+  fi
 elif [[ ${ROS_DISTRO:-} != jazzy && -e /opt/ros/jazzy/setup.bash ]]; then
   set +u
   # shellcheck source=/dev/null

@@ -51,12 +51,6 @@ def _is_slow(module: ModuleType) -> bool:
     return bool({re.sub(r"^<module '|[.'].*", "", name) for name in used} & _SLOW)
 
 
-@pytest.fixture(autouse=True, scope="session")
-def home_of_configuration(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Keeps tests away from the user's keys and configuration."""
-    os.environ["XDG_CONFIG_HOME"] = str(tmp_path_factory.mktemp("config"))
-
-
 @pytest.fixture(autouse=True)
 def priority() -> Iterator[None]:
     """A command that a test runs in this process leaves its priority, for it stays with all."""

@@ -131,7 +131,7 @@ def _serve(connection: socket.socket) -> tuple[bytes, list[int]]:
 
 def _tracing() -> dict[str, Any]:
     """Returns the functions for forks of LTTng, which rclpy loads and which has threads."""
-    loaded = re.search(r"/\S*/liblttng-ust(-[0-9a-f]{8})?\.so\S*", _own("maps").read_text())
+    loaded = re.search(r"/.*/liblttng-ust(-[0-9a-f]{8})?\.so\S*", _own("maps").read_text())
     library = ctypes.CDLL(loaded[0] if loaded else None)
     return {
         it: getattr(library, f"lttng_ust_{it}", None) or getattr(library, f"ust_{it}")

@@ -5,6 +5,7 @@ pixels, OpenCV decodes them. Writes build/bench/image_quality.json, anew after e
 """
 
 import json
+import logging
 import statistics
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -27,7 +28,6 @@ from ml2_tools.evaluation.trajectory import Images, Trajectory
 from ml2_tools.evaluation.tum import read_tum
 from native_encoders import GREY_JPEG, encode
 from processes import ROOT
-from progress import log_line
 from simulated_walk import stream
 from walks import WALKS
 
@@ -89,7 +89,7 @@ def _errors(name: str, recorded: Recorded, quality: int | None) -> dict[str, Any
         errors_px = epipolar_errors_px(some, recorded.sequence.camera, truth, matcher)
         errors[f"{kind}_matches"] = len(errors_px)
         errors[f"{kind}_median_px"] = float(np.median(errors_px))
-        log_line(f"{name}, {kind}: {errors[f'{kind}_median_px']:.4f} px")
+        logging.info(f"{name}, {kind}: {errors[f'{kind}_median_px']:.4f} px")
     rmse_mm = [_trajectory_error_mm(name, recorded, quality, seed) for seed in _SEEDS]
     return errors | {
         "sfm_rmse_mm": statistics.median(rmse_mm),
@@ -103,7 +103,7 @@ def _trajectory_error_mm(name: str, recorded: Recorded, quality: int | None, see
     camera = recorded.sequence.camera
     estimate = structure_from_motion(recorded.images(quality), camera, seed)
     rmse_mm = compare(recorded.truth, estimate).ape_m["rmse"] * 1000
-    log_line(f"{name}, seed {seed}: {len(estimate)} images placed, {rmse_mm:.3f} mm rmse")
+    logging.info(f"{name}, seed {seed}: {len(estimate)} images placed, {rmse_mm:.3f} mm rmse")
     return rmse_mm
 
 
@@ -128,4 +128,5 @@ def _decoded(jpeg: bytes) -> NDArray[np.uint8]:
 
 
 if __name__ == "__main__":
+    logging.basicConfig(format="[%(asctime)s] %(message)s", datefmt="%H:%M:%S", level=logging.INFO)
     main()

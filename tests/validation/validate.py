@@ -5,6 +5,7 @@ report beside them.
 """
 
 import json
+import logging
 import shutil
 import subprocess
 import sys
@@ -14,7 +15,6 @@ from typing import Any
 
 from faults import FAULTS, inject
 from processes import EXCERPT, RECEIVER, ROOT
-from progress import log_line
 from recorded_excerpt import evaluate_excerpt
 from simulated_walk import stream
 from tables import page
@@ -35,7 +35,7 @@ def main() -> None:
         (_OUT / "report.md").write_text(page(entries))
         rmse_cm = entry["rmse_m"] * 100
         matched = f"{entry['matched_pairs']} of {entry['images_sent']} images matched"
-        log_line(f"{entry['trajectory']}: {rmse_cm:.2f} cm rmse, {matched}")
+        logging.info(f"{entry['trajectory']}: {rmse_cm:.2f} cm rmse, {matched}")
     print((_OUT / "report.md").read_text())
 
 
@@ -44,7 +44,7 @@ def _entries(seed: int) -> Iterator[dict[str, Any]]:
         yield _evaluated_walk(walk, _OUT / f"walk_{number + 1}")
     faulty = _OUT / f"walk_{WALKS.index(_FAULTY) + 1}"
     for number, (name, fault) in enumerate(FAULTS.items()):
-        log_line(f"{_FAULTY.name}, {name}")
+        logging.info(f"{_FAULTY.name}, {name}")
         out = _OUT / f"fault_{number + 1}"
         inject(fault, _FAULTY.camera, faulty / "bag", out / "bag")
         figures = evaluate(out, _FAULTY.camera, faulty / "truth.tum")
@@ -53,16 +53,16 @@ def _entries(seed: int) -> Iterator[dict[str, Any]]:
     for bag in _OUT.glob("walk_*/bag"):
         shutil.rmtree(bag)
     if EXCERPT.is_dir():
-        log_line("the recorded excerpt")
+        logging.info("the recorded excerpt")
         yield evaluate_excerpt(_OUT / "euroc")
     else:
-        log_line(f"no recorded excerpt at {EXCERPT}")
+        logging.info(f"no recorded excerpt at {EXCERPT}")
 
 
 def _evaluated_walk(walk: Walk, folder: Path) -> dict[str, Any]:
-    log_line(f"{walk.name}: streaming")
+    logging.info(f"{walk.name}: streaming")
     walked = stream(walk, folder)
-    log_line(f"{walk.name}: evaluating")
+    logging.info(f"{walk.name}: evaluating")
     figures = evaluate(folder, walk.camera, walked.truth)
     return _entry(walk.name, figures | {"images_sent": walked.images_sent, "walked": walked.walked})
 
@@ -84,4 +84,5 @@ def _entry(name: str, figures: dict[str, Any]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
+    logging.basicConfig(format="[%(asctime)s] %(message)s", datefmt="%H:%M:%S", level=logging.INFO)
     main()

@@ -1,0 +1,25 @@
+"""A plugin of pytest: tests are alike in each user's shell and beside each user's settings."""
+
+import os
+
+import pytest
+
+# ROS and its middleware, Java, proxies, and how programs print
+_PREFIXES = ("CYCLONEDDS_", "FASTDDS_", "FASTRTPS_", "RCUTILS_", "RMW_", "ROS_", "ZENOH_", "LC_")
+_NAMES = {
+    *("JAVA_TOOL_OPTIONS", "JDK_JAVA_OPTIONS", "_JAVA_OPTIONS"),
+    *("ALL_PROXY", "HTTP_PROXY", "HTTPS_PROXY", "all_proxy", "http_proxy", "https_proxy"),
+    *("COLUMNS", "FORCE_COLOR", "LANG", "LANGUAGE", "LINES", "NO_COLOR", "TZ"),
+}
+# They say which ROS is installed.
+_KEPT = {"ROS_DISTRO", "ROS_PYTHON_VERSION", "ROS_VERSION"}
+
+for name in [*os.environ]:
+    if name in _NAMES or (name.startswith(_PREFIXES) and name not in _KEPT):
+        del os.environ[name]
+
+
+@pytest.fixture(autouse=True, scope="session")
+def home_of_configuration(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keeps tests away from the user's keys and configuration."""
+    os.environ["XDG_CONFIG_HOME"] = str(tmp_path_factory.mktemp("config"))
