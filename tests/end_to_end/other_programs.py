@@ -48,6 +48,7 @@ def collect(
     command: list[str | Path] = [sys.executable, script, json.dumps(names), str(count), output]
     ended(command, environment | PATHS).check_returncode()
     topics = pickle.loads(output.read_bytes())
+    output.unlink()
     counts = {name: len(payloads) for name, (_, payloads) in topics.items()}
     assert min(counts.values()) >= count, counts
     return Received({}, {}, topics, [], {}, {}, [])

@@ -8,6 +8,7 @@ import os
 import pickle
 import subprocess
 import sys
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -321,10 +322,15 @@ def line_with(child: subprocess.Popen[str], words: str) -> str:
 
 
 def result(subscriber: subprocess.Popen[str], folder: Path) -> Received:
-    """Waits for the end of a subscriber, whose full pipe would stop it, and returns its result."""
+    """Waits for the end of a subscriber, whose full pipe would stop it, and returns its result.
+
+    Half a gigabyte of payloads stays in `folder` as long as the result.
+    """
     subscriber.communicate(timeout=LIMIT_S)
     assert subscriber.returncode == 0, (folder / "subscriber.log").read_text()
-    return Received(**pickle.loads((folder / "received.pickle").read_bytes()))
+    received = Received(**pickle.loads((folder / "received.pickle").read_bytes()))
+    weakref.finalize(received, (folder / "received.payloads").unlink, missing_ok=True)
+    return received
 
 
 def receive_command(

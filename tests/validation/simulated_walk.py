@@ -107,7 +107,6 @@ def _streamed(
         raise FellBehindError(f"the head's poses of {len(without_pose)} captures came too late")
     record(received, folder / "bag", *window_ns)
     write_tum(folder / "truth.tum", truth.trajectory(received))
-    (folder / "received.payloads").unlink()
     return Walked(folder / "bag", folder / "truth.tum", images_sent)
 
 
