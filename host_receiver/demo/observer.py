@@ -194,7 +194,8 @@ def spun_observer(
 ) -> Iterator[Observer]:
     """An observer that a thread spins; the process ends when any of its threads fails."""
     threading.excepthook = _end_process
-    apply_default_profile(os.environ)  # so that Fast DDS writes no log among the lines
+    _print_apart_from_libraries()
+    apply_default_profile(os.environ)
     rclpy.init()
     observer = Observer(prefix, qos_depths, observed, receiver)
     executor = SingleThreadedExecutor()
@@ -211,6 +212,13 @@ def spun_observer(
         executor.shutdown()
         observer.destroy_node()
         try_shutdown()
+
+
+def _print_apart_from_libraries() -> None:
+    """Leaves standard output to print: logs of ROS and Fast DDS go to standard error."""
+    output = os.dup(sys.stdout.fileno())
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    sys.stdout = os.fdopen(output, "w")
 
 
 def _end_process(failure: threading.ExceptHookArgs) -> None:

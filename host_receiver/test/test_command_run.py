@@ -48,6 +48,16 @@ def test_it_says_who_came_what_runs_and_what_does_not(receiver: Receiver) -> Non
     assert "session ended" in said
 
 
+def test_logs_of_ros_are_no_lines_of_its_output(
+    config: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RCUTILS_LOGGING_USE_STDOUT", "1")
+    monkeypatch.setenv("ROS_LOCALHOST_ONLY", "1")  # of which ROS warns
+    with Receiver(config) as receiver:
+        assert re.fullmatch(r"127\.0\.0\.1:\d+", receiver.address)
+        receiver.await_error("ROS_LOCALHOST_ONLY is deprecated")
+
+
 def test_a_wrong_configuration_ends_it_before_it_listens(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

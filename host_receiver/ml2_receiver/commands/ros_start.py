@@ -32,9 +32,12 @@ _RENAMED = re.compile(rf"(?:{_NODE}:)?__(?:node|name):=([A-Za-z_]\w*)", re.ASCII
 def ros_needed() -> Iterator[None]:
     """Guards imports that need ROS. Fast DDS gets our profile, unless the user has chosen one.
 
+    ROS logs to standard error: standard output is the command's own, and may be JSON.
+
     Raises:
         RosError: it is not there.
     """
+    os.environ["RCUTILS_LOGGING_USE_STDOUT"] = "0"
     warning = apply_default_profile(os.environ)
     if warning is not None:
         print(f"WARNING: {warning}", file=sys.stderr)
