@@ -40,6 +40,8 @@ maven := config/kotlin/maven.sh $(maven_options)
 ifeq ($(MAKELEVEL),0)
 export MAVEN_OPTS := -Duser.home=$(HOME) $(MAVEN_OPTS)
 endif
+# Tools sort, decode and print alike in each user's shell, also in one without a locale.
+export LC_ALL := C.UTF-8
 # C and C++ are compiled once for equal sources; what needs no precompiled header, also for other clones.
 export CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)
 export CMAKE_CXX_COMPILER_LAUNCHER := $(CMAKE_C_COMPILER_LAUNCHER)

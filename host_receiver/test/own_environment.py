@@ -1,6 +1,7 @@
-"""A plugin of pytest: tests are alike in each user's shell and beside each user's settings."""
+"""A plugin of pytest: tests are alike in each user's shell, and after each other."""
 
 import os
+from collections.abc import Iterator
 
 import pytest
 
@@ -23,3 +24,21 @@ for name in [*os.environ]:
 def home_of_configuration(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Keeps tests away from the user's keys and configuration."""
     os.environ["XDG_CONFIG_HOME"] = str(tmp_path_factory.mktemp("config"))
+
+
+@pytest.fixture(autouse=True)
+def environment_of_a_test(home_of_configuration: None) -> Iterator[None]:
+    """Fails the test that leaves a variable to those after it."""
+    before = _variables()
+    yield
+    after = _variables()
+    changed = {name for name, _ in before.items() ^ after.items()}
+    for name in changed:
+        os.environ.pop(name, None)
+        if name in before:
+            os.environ[name] = before[name]
+    assert not changed, "the test has left these variables changed"
+
+
+def _variables() -> dict[str, str]:
+    return {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}

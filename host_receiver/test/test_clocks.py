@@ -5,7 +5,6 @@ import shutil
 import subprocess
 import threading
 import time
-from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -68,7 +67,7 @@ def stamp_s(payload: bytes) -> int:
 
 
 @pytest.fixture
-def step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A file that steps the clock of later children back when it is made."""
     compiler = shutil.which("cc")
     if compiler is None or ctypes.util.find_library("c") is None:
@@ -76,10 +75,9 @@ def step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     source, library, step = (tmp_path / name for name in ("step.c", "step.so", "stepped"))
     source.write_text(STEPPING)
     subprocess.run([compiler, "-shared", "-fPIC", "-o", library, source, "-ldl"], check=True)
-    with monkeypatch.context() as patched:
-        patched.setenv("LD_PRELOAD", str(library))
-        patched.setenv("STEPPED", str(step))
-        yield step
+    monkeypatch.setenv("LD_PRELOAD", str(library))
+    monkeypatch.setenv("STEPPED", str(step))
+    return step
 
 
 @pytest.mark.parametrize("program", ["receiver", "products"])

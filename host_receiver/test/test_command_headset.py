@@ -173,7 +173,7 @@ def test_those_of_a_stream_are_granted_and_nothing_is_started(adb: Adb) -> None:
         ({"failure": "error: device offline"}, ["stop"], "Unplug"),
         ({"failure": "error: closed"}, ["stop"], "error: closed"),
         ({"signature": "other"}, ["install", __file__], "adb uninstall dev.ml2sensors.app"),
-        ({}, ["install", "/nowhere.apk"], "there is no file /nowhere.apk"),
+        ({}, ["install", "/dev/null/nowhere.apk"], "there is no file /dev/null/nowhere.apk"),
         ({"installed": False}, ["start"], "ml2-receiver headset install"),
         ({"unknown": [DEPTH]}, ["grant"], f"Unknown permission: {DEPTH}"),
         ({}, ["grant", "depht"], "there is no stream 'depht', only "),

@@ -52,8 +52,8 @@ def test_what_evo_cannot_compare_is_told() -> None:
 
 
 def test_without_evo_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "executable", "/nowhere/python3")
-    monkeypatch.setenv("PATH", "/nowhere")
+    monkeypatch.setattr(sys, "executable", "/dev/null/nowhere/python3")
+    monkeypatch.setenv("PATH", "/dev/null/nowhere")
     with pytest.raises(EvaluationError, match=r"pip install '\./host_receiver\[evaluate\]'"):
         compare(wandering(), wandering())
 

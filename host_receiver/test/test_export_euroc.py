@@ -344,7 +344,7 @@ def test_what_cannot_be_exported_is_said_in_one_line(
     [
         ([], "expected --kalibr, --euroc or --tum FOLDER, found none"),
         (["--euroc", "x"], "--euroc needs a recording: name it with --bag"),
-        (["--euroc", "x", "--bag", "/nowhere"], "cannot read /nowhere"),
+        (["--euroc", "x", "--bag", "/dev/null/nowhere"], "cannot read /dev/null/nowhere"),
     ],
 )
 def test_options_that_do_not_belong_together_are_refused(options: list[str], words: str) -> None:

@@ -207,7 +207,7 @@ def blocked_domain() -> Iterator[int]:
     files = shared_files(domain)
     remove(files)  # what a participant that was killed has left
     for lock in files[-_BLOCKED:]:
-        lock.symlink_to("/nowhere/file")
+        lock.symlink_to("/dev/null/nowhere/file")
     yield domain
     remove(files)
 
