@@ -1,5 +1,8 @@
 """The demo's table: every stream as it arrives at the observer."""
 
+import os
+import sys
+import threading
 import time
 from typing import Any, Self
 
@@ -12,15 +15,27 @@ from ml2_receiver.topics.adaptation import NOTHING_LOWERED
 from processors import Load
 from report import drops
 
+PATIENCE_S = 20
+# By these, nodes of ROS find each other, or do not.
+_DISCOVERY = {
+    *("CYCLONEDDS_URI", "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE"),
+    *("RMW_IMPLEMENTATION", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_DISCOVERY_SERVER"),
+    *("ROS_DOMAIN_ID", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "ROS_SUPER_CLIENT"),
+}
+
 
 class LiveTable:
-    """Redraws itself with each snapshot; on a plain pipe only the last one is printed."""
+    """Redraws itself with each snapshot; on a plain pipe only the last one is printed.
+
+    Says on standard error if the first one does not come.
+    """
 
     def __init__(self, console: Console, prefix: str, source: str) -> None:
         self._prefix = prefix
         self._source = source
         waiting = Text(f"starting the receiver, the {source} headset and the observer ...")
         self._live = Live(waiting, console=console, refresh_per_second=4)
+        self._silence = threading.Timer(PATIENCE_S, _say_that_nothing_comes)
         self._began_s: float | None = None
         self._steps: list[Text] = []
         self._adaptation = ""
@@ -29,14 +44,17 @@ class LiveTable:
 
     def __enter__(self) -> Self:
         self._live.start()
+        self._silence.start()
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._silence.cancel()
         self._live.stop()
         self._live.console.print()
 
     def show(self, snapshot: dict[str, Any], simulation: str | None = None) -> None:
         """Draws one snapshot of the observer, and what the simulation has to say."""
+        self._silence.cancel()
         refused = [
             Text(f"{name} refused: {answer['reason']}", style="yellow")
             for name, answer in snapshot["streams"].items()
@@ -94,3 +112,13 @@ class LiveTable:
         uncertainty_us = int(clock.get("uncertainty_ns", 0)) / 1e3
         state = clock.get("state", "waiting")
         return Text(f"clock {state}, headset to ROS within {uncertainty_us:.0f} us")
+
+
+def _say_that_nothing_comes() -> None:
+    chosen = " ".join(f"{it}={os.environ[it]}" for it in sorted(_DISCOVERY & os.environ.keys()))
+    print(
+        "still waiting: ROS nodes have not found the receiver. These variables decide what they"
+        f" find, so unset those that your shell sets: {chosen}",
+        file=sys.stderr,
+        flush=True,
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import subprocess
@@ -11,11 +12,14 @@ from pathlib import Path
 
 import cv2
 import pytest
+from rich.console import Console
 
+import live_table
 from configurations import only
+from live_table import LiveTable
 from processes import PREFIX, ROOT, isolated_environment
 from shaped_link import why_not
-from waiting import durations_s
+from waiting import await_true, durations_s
 
 DEMO = ROOT / "build" / "demo"
 
@@ -120,3 +124,15 @@ def test_a_demo_without_its_recording_fails(tmp_path: Path) -> None:
     demo = run_demo(tmp_path, "world_left: {enabled: true}", "--replay", tmp_path)
     assert demo.returncode == 1
     assert "ended early" in demo.stdout
+
+
+def test_a_demo_in_which_nodes_do_not_find_each_other_says_what_may_keep_them_apart(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    said = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", said)
+    monkeypatch.setattr(live_table, "PATIENCE_S", 0)
+    monkeypatch.setenv("ROS_DISCOVERY_SERVER", "127.0.0.1:11811")
+    with LiveTable(Console(), PREFIX, "simulated"):
+        await_true(lambda: said.getvalue().endswith("\n"))
+    assert "ROS_DISCOVERY_SERVER=127.0.0.1:11811" in said.getvalue()
