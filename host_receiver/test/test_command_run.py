@@ -1,6 +1,5 @@
 import re
 import signal
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -9,22 +8,11 @@ from command_line import refusal
 from configurations import only
 from ml2_receiver.cli import main
 from mock_device import MockDevice
-from ros_processes import Child, Receiver
+from ros_processes import Child, Receiver, segments
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 CONFIG = only("world_left: {enabled: true}, battery: {enabled: true}")
-
-
-def segments(process: int) -> list[Path]:
-    """Its shared memory; it maps that of other participants, too, but has no lock of theirs."""
-    maps = Path(f"/proc/{process}/maps").read_text()
-    mapped = set(re.findall(r"/dev/shm/fastrtps_(?!port)\w+", maps))
-    open_files = set()
-    for descriptor in Path(f"/proc/{process}/fd").iterdir():
-        with suppress(FileNotFoundError):  # it has just been closed
-            open_files.add(str(descriptor.readlink()))
-    return [Path(name) for name in mapped if f"{name}_el" in open_files]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

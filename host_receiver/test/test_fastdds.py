@@ -11,7 +11,7 @@ import pytest
 from ml2_receiver.ros import fastdds
 from ml2_receiver.ros.fastdds import PROFILES_VARIABLE, apply_default_profile
 from ros_domain import reserve_domain
-from ros_processes import Child, environment
+from ros_processes import Child, environment, segments
 from waiting import LIMIT_S
 
 MEBIBYTE = 2**20
@@ -84,7 +84,6 @@ def test_no_shared_memory_at_all_is_a_warning(monkeypatch: pytest.MonkeyPatch) -
 PARTICIPANT = """
 import os
 import sys
-from pathlib import Path
 from ml2_receiver.ros import fastdds
 if len(sys.argv) > 1:
     fastdds.free_shared_memory_bytes = lambda: int(sys.argv[1])
@@ -92,63 +91,47 @@ fastdds.apply_default_profile(os.environ)
 import rclpy
 rclpy.init()
 node = rclpy.create_node("profile_probe")
-mapped = [line.split()[-1] for line in Path("/proc/self/maps").read_text().splitlines()]
-# A participant locks a file of each memory that is its own.
-open_files = {os.path.realpath(it) for it in Path("/proc/self/fd").iterdir()}
-segments = {Path(it) for it in mapped if f"{it}_el" in open_files}
-print(max(file.stat().st_size for file in segments))
+print("ready", flush=True)
+sys.stdin.read()
 node.destroy_node()
 rclpy.shutdown()
 """
 
 
-def printed_by_a_participant(environ: dict[str, str], *free: str) -> tuple[str, str]:
-    """Returns its standard output and its standard error."""
-    run = subprocess.run(
-        [sys.executable, "-c", PARTICIPANT, *free],
-        env=environ,
-        capture_output=True,
-        check=True,
-        text=True,
-        timeout=LIMIT_S,
-    )
-    return run.stdout, run.stderr
+@pytest.fixture
+def no_profile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a process starts in which ROS has not started."""
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    monkeypatch.delenv(PROFILES_VARIABLE, raising=False)
 
 
+@pytest.mark.usefixtures("no_profile")
 @pytest.mark.parametrize(
     ("free", "least", "most"),
     [([], 64 * MEBIBYTE, 80_000_000), (["40000000"], 20_000_000, 30_000_000)],
     ids=["the packaged profile", "with a smaller segment"],
 )
 def test_a_participant_makes_the_segment(free: list[str], least: int, most: int) -> None:
-    pytest.importorskip("rclpy", reason="rclpy is not installed")
     memory = os.statvfs("/dev/shm")
     if memory.f_bavail * memory.f_frsize < 80_000_000:
         pytest.skip("/dev/shm has less than 80 MB free")
-    environ = environment() | {"ROS_DOMAIN_ID": str(reserve_domain())}
-    environ.pop(PROFILES_VARIABLE, None)
-    printed, _ = printed_by_a_participant(environ, *free)
-    assert least < int(printed) < most
+    with Child("-c", PARTICIPANT, *free) as child:
+        assert child.line() == "ready"
+        assert least < max(it.stat().st_size for it in segments(child.process.pid)) < most
 
 
-LASTING_PARTICIPANT = f"""{PARTICIPANT.partition("print")[0]}
-print(max(segments, key=lambda it: it.stat().st_size), flush=True)
-sys.stdin.read()
-"""
-
-
+@pytest.mark.usefixtures("no_profile")
 def test_the_memory_of_a_killed_participant_is_removed_and_that_of_a_living_one_stays() -> None:
-    pytest.importorskip("rclpy", reason="rclpy is not installed")
-    with (
-        Child("-c", LASTING_PARTICIPANT) as living,
-        Child("-c", LASTING_PARTICIPANT) as killed,
-    ):
-        living_memory, left_memory = Path(living.line()), Path(killed.line())
+    with Child("-c", PARTICIPANT) as living, Child("-c", PARTICIPANT) as killed:
+        assert [living.line(), killed.line()] == ["ready", "ready"]
+        kept, left = segments(living.process.pid), segments(killed.process.pid)
+        assert kept
+        assert left
         killed.process.kill()
         killed.process.wait(LIMIT_S)
         apply_default_profile({})
-        assert not any(it.exists() for it in with_lock(left_memory))
-        assert all(it.exists() for it in with_lock(living_memory))
+        assert not any(it.exists() for memory in left for it in with_lock(memory))
+        assert all(it.exists() for memory in kept for it in with_lock(memory))
 
 
 def with_lock(memory: Path) -> tuple[Path, Path]:
@@ -212,10 +195,18 @@ def blocked_domain() -> Iterator[int]:
     remove(files)
 
 
-def test_errors_of_fast_dds_are_not_among_what_a_program_prints(blocked_domain: int) -> None:
-    pytest.importorskip("rclpy", reason="rclpy is not installed")
-    environ = environment() | {"ROS_DOMAIN_ID": str(blocked_domain)}
-    environ.pop(PROFILES_VARIABLE, None)
-    printed, errors = printed_by_a_participant(environ)
-    assert printed.strip().isdigit(), printed
-    assert "open_and_lock_file failed" in errors
+@pytest.mark.usefixtures("no_profile")
+def test_errors_of_fast_dds_are_not_among_what_a_program_prints(
+    blocked_domain: int,
+) -> None:
+    run = subprocess.run(
+        [sys.executable, "-c", PARTICIPANT],
+        env=environment() | {"ROS_DOMAIN_ID": str(blocked_domain)},
+        input="",
+        capture_output=True,
+        check=True,
+        text=True,
+        timeout=LIMIT_S,
+    )
+    assert run.stdout == "ready\n"
+    assert "open_and_lock_file failed" in run.stderr
