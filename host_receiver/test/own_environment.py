@@ -27,18 +27,11 @@ def home_of_configuration(tmp_path_factory: pytest.TempPathFactory) -> None:
 
 
 @pytest.fixture(autouse=True)
-def environment_of_a_test(home_of_configuration: None) -> Iterator[None]:
-    """Fails the test that leaves a variable to those after it."""
-    before = _variables()
+def variables_of_a_test(home_of_configuration: None) -> Iterator[None]:
+    """Leaves nothing of what a test sets, or a command in its process, to the tests after it."""
+    before = dict(os.environ)
     yield
-    after = _variables()
-    changed = {name for name, _ in before.items() ^ after.items()}
-    for name in changed:
-        os.environ.pop(name, None)
-        if name in before:
-            os.environ[name] = before[name]
-    assert not changed, "the test has left these variables changed"
-
-
-def _variables() -> dict[str, str]:
-    return {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
+    for name in os.environ.keys() - before.keys():
+        del os.environ[name]
+    for name, value in before.items() - os.environ.items():
+        os.environ[name] = value
