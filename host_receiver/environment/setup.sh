@@ -83,20 +83,28 @@ inputs() {
   } | sha256sum
 }
 
+apt_has() { [[ $(apt-cache search --names-only "^$1\$") ]]; }
+
+# Where apt has read no lists yet, nothing is known.
+check_that_apt_has_python() {
+  if [[ $* == *python3.12* ]] && apt_has python3-venv && ! apt_has python3.12-venv; then
+    fail "ROS 2 Jazzy needs Python 3.12, which apt does not have here: pyenv install 3.12, then run this again"
+  fi
+}
+
 install_packages() {
   local missing=("$@") become=()
   if ! "$environment/find_python.sh" >/dev/null; then missing+=(python3.12-dev python3.12-venv); fi
   if ((${#missing[@]} == 0)); then return; fi
   command -v apt-get >/dev/null || fail "install these (named as in Debian) and run this again: ${missing[*]}"
+  check_that_apt_has_python "${missing[@]}"
   if ((EUID != 0)); then become=(sudo -n); fi
   if ((EUID != 0)) && ! sudo -n true; then
     fail "run this, then this again: sudo apt-get install ${missing[*]}"
   fi
   "${become[@]}" apt-get update -qq -o APT::Update::Error-Mode=any ||
     fail "apt-get cannot read its lists of packages: mend what it says above (network, disk), then run this again"
-  if [[ ${missing[*]} == *python3.12* && ! $(apt-cache search --names-only '^python3.12-venv$') ]]; then
-    fail "ROS 2 Jazzy needs Python 3.12, which apt does not have here: pyenv install 3.12, then run this again"
-  fi
+  check_that_apt_has_python "${missing[@]}"
   "${become[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}" ||
     fail "apt-get did not install them: mend what it says above (network, disk), then run this again"
 }

@@ -180,13 +180,30 @@ def test_groups_of_the_makefile_are_those_of_the_table() -> None:
 
 
 @is_root
-def test_without_root_and_sudo_setup_says_the_command(checkout: Path) -> None:
+@pytest.mark.parametrize("packages", ["", "python3-venv python3.12-venv"])
+def test_without_root_and_sudo_setup_says_the_command(checkout: Path, packages: str) -> None:
     lack(checkout, "some-package")
+    apt_knows(checkout, packages)
     program(checkout, "sudo", "echo 'sudo: a password is required' >&2; exit 1")
     code, errors = run(checkout, "host_receiver/environment/setup.sh", user=NOBODY)
     assert code == 1
     assert errors[-1].startswith("setup: run this, then this again: sudo apt-get install ")
     assert "some-package" in errors[-1]
+
+
+@is_root
+def test_without_root_a_python_that_apt_does_not_have_is_not_asked_of_apt(checkout: Path) -> None:
+    apt_knows(checkout, "python3-venv")
+    (checkout / "host_receiver/environment/find_python.sh").write_text("#!/bin/sh\nexit 1\n")
+    code, errors = run(checkout, "host_receiver/environment/setup.sh", user=NOBODY)
+    assert code == 1
+    [error] = errors
+    assert "apt does not have here: pyenv install 3.12" in error
+
+
+def apt_knows(checkout: Path, packages: str) -> None:
+    """Takes the place of `apt-cache search --names-only REGEX`."""
+    program(checkout, "apt-cache", f'printf "%s\\n" {packages} | grep -E "$3" || true')
 
 
 @is_root
