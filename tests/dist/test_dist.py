@@ -1,5 +1,6 @@
 """The folder of `make dist`."""
 
+import filecmp
 import json
 import os
 import re
@@ -8,6 +9,7 @@ import tarfile
 import zipfile
 from email.message import Message
 from email.parser import BytesParser
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -70,12 +72,13 @@ def test_nothing_is_left_to_build_after_a_release() -> None:
 
 def test_the_maven_repository_is_that_of_the_build() -> None:
     with zipfile.ZipFile(DIST / f"ml2-sensors-{VERSION}-maven.zip") as packed:
-        found = {name: packed.read(name) for name in packed.namelist()}
+        found = {name: sha256(packed.read(name)).digest() for name in packed.namelist()}
     folder = ROOT / "build/aar/repository"
     files = [file for file in folder.rglob("*") if file.is_file()]
-    assert found == {str(file.relative_to(folder)): file.read_bytes() for file in files}
+    built = {str(file.relative_to(folder)): sha256(file.read_bytes()).digest() for file in files}
+    assert found == built
     aar = f"dev/ml2sensors/ml2-sensors/{VERSION}/ml2-sensors-{VERSION}.aar"
-    assert found[aar] == (DIST / f"ml2-sensors-{VERSION}.aar").read_bytes()
+    assert filecmp.cmp(folder / aar, DIST / f"ml2-sensors-{VERSION}.aar", shallow=False)
 
 
 @pytest.mark.parametrize("name", BILLS)
@@ -149,8 +152,8 @@ def test_equal_sources_make_equal_packages_of_the_receiver(
         again = dist.receiver_packages(tmp_path)
     finally:
         os.umask(before)
-    assert again.read_bytes() == WHEEL.read_bytes()
-    assert (tmp_path / SDIST.name).read_bytes() == SDIST.read_bytes()
+    assert filecmp.cmp(again, WHEEL, shallow=False)
+    assert filecmp.cmp(tmp_path / SDIST.name, SDIST, shallow=False)
 
 
 def test_no_archive_has_the_time_it_was_made_at() -> None:

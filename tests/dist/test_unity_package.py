@@ -1,5 +1,6 @@
 """The Unity package as the Unity Package Manager sees it."""
 
+import filecmp
 import json
 import re
 import subprocess
@@ -131,8 +132,8 @@ def test_a_local_project_takes_the_package_from_this_tree() -> None:
 def test_the_library_is_that_of_the_build_and_not_in_git(installed: Path) -> None:
     library = "Plugins/Android/ml2-sensors.aar"
     built = ROOT / f"build/aar/ml2-sensors-unity-{VERSION}.aar"
-    assert (installed / library).read_bytes() == built.read_bytes()
-    assert (PACKAGE / library).read_bytes() == built.read_bytes()
+    assert filecmp.cmp(installed / library, built, shallow=False)
+    assert filecmp.cmp(PACKAGE / library, built, shallow=False)
     tracked = ["git", "ls-files", "-co", "--exclude-standard", "--", "*.aar"]
     assert subprocess.run(tracked, cwd=ROOT, check=True, capture_output=True).stdout == b""
 
