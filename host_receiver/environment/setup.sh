@@ -85,7 +85,7 @@ inputs() {
 
 apt_has() { [[ $(apt-cache search --names-only "^$1\$") ]]; }
 
-# Where apt has read no lists yet, nothing is known.
+# Ends setup if Python is missing here and in apt's lists. Before apt has lists, it may be there.
 check_that_apt_has_python() {
   if [[ $* == *python3.12* ]] && apt_has python3-venv && ! apt_has python3.12-venv; then
     fail "ROS 2 Jazzy needs Python 3.12, which apt does not have here: pyenv install 3.12, then run this again"
