@@ -182,6 +182,7 @@ check-unity:
 # The longest first. Of targets that run beside each other, each has two tests at a time, which often wait. That of whole
 # headsets and receivers has one, whose processes fill a processor. With more, they would only wait for each other.
 test: setup-headset+test+csharp+view build $(class_archive) $(javascript) ## Run the tests of everything but a release's packages
+	@test "$$(df --output=avail --block-size=1M /dev/shm | tail -n 1)" -ge 500 || { echo "make test: /dev/shm, by which ROS nodes exchange images, has less than 500 MB free: in a container, raise --shm-size" >&2; exit 1; }
 	headsets_at_a_time=1 $(call at_a_time,2,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
 	$(submake) test-alone
 
