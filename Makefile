@@ -181,12 +181,15 @@ check-unity:
 
 # The longest first. Of targets that run beside each other, each has two tests at a time, which often wait. That of whole
 # headsets and receivers has one, whose processes fill a processor. With more, they would only wait for each other.
-test: setup-headset+test+csharp+view build $(class_archive) $(javascript) ## Run the tests of everything but a release's packages
-	@test "$$(df --output=avail --block-size=1M /dev/shm | tail -n 1)" -ge 500 || { echo "make test: /dev/shm, by which ROS nodes exchange images, has less than 500 MB free: in a container, raise --shm-size" >&2; exit 1; }
+test: shared-memory setup-headset+test+csharp+view build $(class_archive) $(javascript) ## Run the tests of everything but a release's packages
 	headsets_at_a_time=1 $(call at_a_time,2,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
 	$(submake) test-alone
 
-test-python: setup-test $(javascript) ## Test the receiver
+# ROS nodes exchange images by it. Without enough, they wait in vain.
+shared-memory:
+	@test "$$(df --output=avail --block-size=1M /dev/shm | tail -n 1)" -ge 500 || { echo "/dev/shm has less than 500 MB free, which tests with ROS need: in a container, raise --shm-size" >&2; exit 1; }
+
+test-python: shared-memory setup-test $(javascript) ## Test the receiver
 	$(pytest) $(slowest) $(beside) host_receiver/test
 
 $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
@@ -217,16 +220,16 @@ test-unity: setup-headset+csharp native ## Test the Unity package with mono, and
 
 test-e2e: test-together test-alone ## Test headset, receiver and ROS 2 together, as processes
 
-test-together: build $(class_archive)
+test-together: shared-memory build $(class_archive)
 	$(pytest) $(slowest) --numprocesses $(headsets_at_a_time) --dist loadscope -m 'not alone' tests/end_to_end tests/validation
 
-test-alone: build $(class_archive)
+test-alone: shared-memory build $(class_archive)
 	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
 
 page-library: ## Bundle three.js for the page of `ml2-receiver view`, after a change in config/three
 	config/three/bundle.sh $(three)
 
-test-view: setup-headset+test+view build $(class_archive) ## Test the page of `ml2-receiver view` in Chromium, which is installed if it is missing; screenshots in build/reports
+test-view: shared-memory setup-headset+test+view build $(class_archive) ## Test the page of `ml2-receiver view` in Chromium, which is installed if it is missing; screenshots in build/reports
 	config/three/bundle.sh build/three/three.min.js
 	cmp build/three/three.min.js $(three)
 	$(pytest) $(slowest) tests/view

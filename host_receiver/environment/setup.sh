@@ -85,9 +85,8 @@ inputs() {
 
 apt_has() { [[ $(apt-cache search --names-only "^$1\$") ]]; }
 
-# Ends setup if Python is missing here and in apt's lists. Before apt has lists, it may be there.
 check_that_apt_has_python() {
-  if [[ $* == *python3.12* ]] && apt_has python3-venv && ! apt_has python3.12-venv; then
+  if [[ $* == *python3.12* ]] && ! apt_has python3.12-venv; then
     fail "ROS 2 Jazzy needs Python 3.12, which apt does not have here: pyenv install 3.12, then run this again"
   fi
 }
@@ -97,9 +96,9 @@ install_packages() {
   if ! "$environment/find_python.sh" >/dev/null; then missing+=(python3.12-dev python3.12-venv); fi
   if ((${#missing[@]} == 0)); then return; fi
   command -v apt-get >/dev/null || fail "install these (named as in Debian) and run this again: ${missing[*]}"
-  check_that_apt_has_python "${missing[@]}"
   if ((EUID != 0)); then become=(sudo -n); fi
   if ((EUID != 0)) && ! sudo -n true; then
+    if apt_has python3-venv; then check_that_apt_has_python "${missing[@]}"; fi # not before apt has read its lists
     fail "run this, then this again: sudo apt-get install ${missing[*]}"
   fi
   "${become[@]}" apt-get update -qq -o APT::Update::Error-Mode=any ||

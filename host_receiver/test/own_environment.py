@@ -27,7 +27,7 @@ def home_of_configuration(tmp_path_factory: pytest.TempPathFactory) -> None:
 
 
 @pytest.fixture(autouse=True)
-def variables_of_a_test(home_of_configuration: None) -> Iterator[None]:
+def variables_of_a_test() -> Iterator[None]:
     """Leaves nothing of what a test sets, or a command in its process, to the tests after it."""
     before = dict(os.environ)
     yield

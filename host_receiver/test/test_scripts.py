@@ -194,10 +194,11 @@ def test_without_root_and_sudo_setup_says_the_command(checkout: Path, packages: 
 @is_root
 def test_without_root_a_python_that_apt_does_not_have_is_not_asked_of_apt(checkout: Path) -> None:
     apt_knows(checkout, "python3-venv")
+    program(checkout, "sudo", "echo 'sudo: a password is required' >&2; exit 1")
     (checkout / "host_receiver/environment/find_python.sh").write_text("#!/bin/sh\nexit 1\n")
     code, errors = run(checkout, "host_receiver/environment/setup.sh", user=NOBODY)
     assert code == 1
-    [error] = errors
+    [_, error] = errors  # after that of sudo
     assert "apt does not have here: pyenv install 3.12" in error
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from apk import APK
-from toolchain import PACKAGES, ROOT, jar, java, maven_property, run, runtime_libraries
+from toolchain import ELSEWHERE, PACKAGES, ROOT, jar, java, maven_property, run, runtime_libraries
 
 APP = Path("ml2-sensors-aar/app")
 UNSIGNED = APP / "target" / "made" / "unsigned.apk"
@@ -45,10 +45,8 @@ def package(script: Path, keystore: Path) -> None:
     properties |= {"revision": VERSION, "version.code": "1"}
     properties |= {"keystore": str(keystore), "keystore.password": "env:KEYSTORE_PASSWORD"}
     options = [f"-D{name}={value}" for name, value in properties.items()]
-    elsewhere = ["-Duser.timezone=Pacific/Kiritimati", "-Duser.language=tr"]
-    elsewhere += ["-Dfile.encoding=ASCII"]
     ant = ["org.apache.tools.ant.Main", "-q", "-f", str(script)]
-    java([jar("ant"), jar("ant-launcher")], *elsewhere, *ant, *options, "resources", "apk")
+    java([jar("ant"), jar("ant-launcher")], *ELSEWHERE, *ant, *options, "resources", "apk")
 
 
 def inputs() -> list[Path]:

@@ -8,7 +8,7 @@ import zipfile
 from pathlib import Path
 
 from class_file import read_classes
-from toolchain import PACKAGES, ROOT, Package, maven_property, run
+from toolchain import ELSEWHERE, PACKAGES, ROOT, Package, maven_property, run
 
 FRAMEWORK = Path("/usr/share/android-framework-res/framework-res.apk")
 ENTRIES = [
@@ -105,10 +105,9 @@ def test_the_same_sources_make_the_same_bytes_elsewhere(tmp_path: Path) -> None:
             shutil.copytree(ROOT / name, tmp_path / name, ignore=without)
         else:
             shutil.copy(ROOT / name, tmp_path / name)
-    jvm = ["-Duser.timezone=Pacific/Kiritimati", "-Duser.language=tr", "-Dfile.encoding=ASCII"]
     alone = ["-DskipTests", "-Dphase.test-compile=none", "-Ddokka.skip"]
     goals = ["package", *alone, "-pl", "ml2-sensors-aar/aar", "-am"]
-    subprocess.run(["mvn", "--offline", "--quiet", *jvm, *goals], cwd=tmp_path, check=True)
+    subprocess.run(["mvn", "--offline", "--quiet", *ELSEWHERE, *goals], cwd=tmp_path, check=True)
     for name in ["ml2-sensors", "ml2-sensors-unity"]:
         again = tmp_path / "build" / "aar" / f"{name}-{VERSION}.aar"
         assert filecmp.cmp(again, PACKAGES / again.name, shallow=False)

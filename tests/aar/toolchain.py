@@ -13,6 +13,8 @@ from xml.etree import ElementTree
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ROOT / "build" / "aar"
 MIN_API = "29"
+# Options of a Java that builds elsewhere on earth
+ELSEWHERE = ["-Duser.timezone=Pacific/Kiritimati", "-Duser.language=tr", "-Dfile.encoding=ASCII"]
 
 
 @cache
