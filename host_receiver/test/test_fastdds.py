@@ -60,7 +60,8 @@ def test_a_profile_in_the_working_directory_stays(
 
 
 @pytest.mark.parametrize(
-    ("free", "segment"), [(64 * MEBIBYTE, 32 * MEBIBYTE), (79_999_999, 39_999_999), (0, 2**19)]
+    ("free", "segment"),
+    [(64 * MEBIBYTE, 32 * MEBIBYTE), (79_999_999, 39_999_999), (8_000_000, 4_000_000)],
 )
 def test_little_shared_memory_makes_a_smaller_segment_and_a_warning(
     free_memory: SimpleNamespace, free: int, segment: int
@@ -71,6 +72,18 @@ def test_little_shared_memory_makes_a_smaller_segment_and_a_warning(
     assert warning is not None
     assert f"{free / 1e6:.1f} MB free, expected 80 MB" in warning
     assert segment_bytes(environ) == segment
+
+
+@pytest.mark.parametrize("free", [0, 7_999_999])
+def test_where_no_image_fits_none_of_the_shared_memory_is_used(
+    free_memory: SimpleNamespace, free: int
+) -> None:
+    free_memory.f_bavail = free
+    environ: dict[str, str] = {}
+    assert "Fast DDS uses UDP alone" in (apply_default_profile(environ) or "")
+    root = ElementTree.parse(environ[PROFILES_VARIABLE]).getroot()
+    used = root.iterfind(f".//{NAMESPACE}userTransports/{NAMESPACE}transport_id")
+    assert [it.text for it in used] == ["udp"]
 
 
 def test_no_shared_memory_at_all_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -118,6 +131,24 @@ def test_a_participant_makes_the_segment(free: list[str], least: int, most: int)
     with Child("-c", PARTICIPANT, *free) as child:
         assert child.line() == "ready"
         assert least < max(it.stat().st_size for it in segments(child.process.pid)) < most
+
+
+@pytest.mark.usefixtures("no_profile")
+@pytest.mark.parametrize(("free", "maps"), [("100000000", True), ("1000000", False)])
+def test_a_participant_maps_no_shared_memory_where_no_image_fits(free: str, maps: bool) -> None:
+    does_map = "'/dev/shm/fastrtps_' in open('/proc/self/maps').read()"
+    run = subprocess.run(
+        [sys.executable, "-c", PARTICIPANT.replace('"ready"', does_map), free],
+        # In the range of the other tests, rmw_fastrtps adds a default segment to any profile.
+        env=environment() | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"},
+        input="",
+        capture_output=True,
+        check=True,
+        text=True,
+        timeout=LIMIT_S,
+    )
+    assert run.stdout == f"{maps}\n"
+    assert run.stderr == ""
 
 
 @pytest.mark.usefixtures("no_profile")

@@ -21,7 +21,9 @@ _SHARED_MEMORY = Path("/dev/shm")
 # A lock of the memory of a participant, which has the same name without the end
 _LOCKS = f"fastrtps_{'[0-9a-f]' * 16}_el"
 NEEDED_BYTES = 80_000_000
-_DEFAULT_SEGMENT_BYTES = 512 * 1024
+# A smaller segment hardly holds an image, and takes the memory that other nodes' ports need:
+# a node whose ports find none is not ended by a signal.
+_LEAST_SEGMENT_BYTES = 4_000_000
 # Fast DDS reads no prefixes of namespaces, so this one is written without.
 ElementTree.register_namespace("", "http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles")
 
@@ -46,12 +48,17 @@ def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
         environ[PROFILES_VARIABLE] = str(profile)
         return None
     # Half, as the subscribers' own Fast DDS needs some too.
-    segment_bytes = max(free_bytes // 2, _DEFAULT_SEGMENT_BYTES)
-    environ[PROFILES_VARIABLE] = _write_temporary(profile.read_text("utf-8"), segment_bytes)
+    segment_bytes = free_bytes // 2
+    has_segment = segment_bytes >= _LEAST_SEGMENT_BYTES
+    text = profile.read_text("utf-8")
+    environ[PROFILES_VARIABLE] = _write_temporary(
+        _with_segment(text, segment_bytes) if has_segment else _without_shared_memory(text)
+    )
+    gets = f"gets {segment_bytes / 1e6:.1f} MB" if has_segment else "uses UDP alone"
     return (
         f"{_SHARED_MEMORY} has {free_bytes / 1e6:.1f} MB free,"
         f" expected {NEEDED_BYTES / 1e6:.0f} MB:"
-        f" Fast DDS gets {segment_bytes / 1e6:.1f} MB and subscribers may miss images."
+        f" Fast DDS {gets} and subscribers may miss images."
         " In a container, raise --shm-size."
     )
 
@@ -83,12 +90,24 @@ def _remove_memory_of_killed_participants() -> None:
             continue  # it lives, or has begun or ended this moment
 
 
-def _write_temporary(profile: str, segment_bytes: int) -> str:
-    """Writes a file that lives as long as this process: every participant reads it again."""
+def _with_segment(profile: str, segment_bytes: int) -> ElementTree.Element:
     root = ElementTree.fromstring(profile)
     (segment_size,) = root.iterfind(".//{*}segment_size")
     segment_size.text = str(segment_bytes)
+    return root
+
+
+def _without_shared_memory(profile: str) -> ElementTree.Element:
+    root = ElementTree.fromstring(profile)
+    (transports,) = root.iterfind(".//{*}userTransports")
+    (shared_memory,) = (it for it in transports if it.text == "shared_memory")
+    transports.remove(shared_memory)
+    return root
+
+
+def _write_temporary(profile: ElementTree.Element) -> str:
+    """Writes a file that lives as long as this process: every participant reads it again."""
     with tempfile.NamedTemporaryFile(prefix="ml2_receiver_", suffix=".xml", delete=False) as file:
-        ElementTree.ElementTree(root).write(file, encoding="utf-8", xml_declaration=True)
+        ElementTree.ElementTree(profile).write(file, encoding="utf-8", xml_declaration=True)
     atexit.register(Path(file.name).unlink, missing_ok=True)
     return file.name
