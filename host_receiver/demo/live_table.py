@@ -22,6 +22,10 @@ _DISCOVERY = {
     *("RMW_IMPLEMENTATION", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_DISCOVERY_SERVER"),
     *("ROS_DOMAIN_ID", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "ROS_SUPER_CLIENT"),
 }
+_MIXED = (
+    "another receiver publishes the same topics, so this table counts both:"
+    " set a ROS_DOMAIN_ID that nobody else in this network uses, and start again"
+)
 
 
 class LiveTable:
@@ -66,6 +70,8 @@ class LiveTable:
         if not snapshot["final"]:
             # The final one follows a wait for late messages, in which the processors are idle.
             self._full = self._load.note(messages)
+        if snapshot["is_mixed"]:
+            notes.append(Text(_MIXED, style="yellow"))
         if self._full:
             notes.append(Text(self._full, style="yellow"))
         if simulation:

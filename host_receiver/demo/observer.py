@@ -139,6 +139,7 @@ class Observer(Node):
             "session": self.session,
             "clock": self.clock,
             "adaptation": self._of(ADAPTATION).get("message", ""),
+            "is_mixed": any(self.count_publishers(it) > 1 for it in topics if it[:3] != "/tf"),
             "topics": topics,
         }
 

@@ -77,7 +77,7 @@ def test_80_columns_have_rate_losses_and_latency(device: MockDevice) -> None:
         repeated(lambda: device.publish(image), 0.03),
         OnTerminal("topics", "--once") as child,
     ):
-        head = r"topics under /magic_leap2/.*Hz +lost +ms +ms +state"
+        head = r"topics under\s+/magic_leap2/.*Hz +lost +ms +ms +state"
         whole = r"\n  world_left/image_raw +[\d.]+ +30 +0 +[\d.]+ +[\d.]+ +✓ "
         lossy = r"\n  battery +[\d.]+ +as delivered +2 +[\d.]+ +[\d.]+ +lost "
         shown = child.await_shown(f"(?s){head}.*{whole}.*{lossy}".encode())

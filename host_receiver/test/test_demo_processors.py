@@ -71,7 +71,7 @@ def _snapshot(count: int, final: bool) -> dict[str, Any]:
     seen: dict[str, Any] = {"count": count, "stream": "imu", "type": "sensor_msgs/msg/Imu"}
     seen |= {"first_s": 0.0, "last_s": 1.0, "bytes": 1, "rate_hz": 1.0}
     seen |= {"latency_ms": {"p50": 1.0, "p99": 1.0}, "diagnostics": {}}
-    nothing: dict[str, Any] = {"streams": {}, "clock": {}, "adaptation": ""}
+    nothing: dict[str, Any] = {"streams": {}, "clock": {}, "adaptation": "", "is_mixed": False}
     return nothing | {"topics": {"/ml2/imu": seen}, "final": final}
 
 

@@ -7,7 +7,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import cv2
@@ -17,14 +17,16 @@ from rich.console import Console
 import live_table
 from configurations import only
 from live_table import LiveTable
-from processes import PREFIX, ROOT, isolated_environment
+from processes import PREFIX, ROOT, isolated_environment, start
 from shaped_link import why_not
 from waiting import await_true, durations_s
 
 DEMO = ROOT / "build" / "demo"
 
 
-def run_demo(folder: Path, sections: str, *options: str | Path) -> subprocess.CompletedProcess[str]:
+def run_demo(
+    folder: Path, sections: str, *options: str | Path, environ: Mapping[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
     config = folder / "config.yaml"
     config.write_text(only(sections))
     command = [sys.executable, ROOT / "host_receiver" / "demo", "--config", config, *options]
@@ -33,7 +35,7 @@ def run_demo(folder: Path, sections: str, *options: str | Path) -> subprocess.Co
         check=False,
         capture_output=True,
         text=True,
-        env=isolated_environment(),
+        env=environ or isolated_environment(),
     )
 
 
@@ -63,6 +65,7 @@ def test_the_demo_leaves_a_report_and_a_picture(tmp_path: Path) -> None:
     demo = run_until(has_images, 2, tmp_path, sections)
     assert "ml2-receiver view" in demo.stderr
     assert "valid for" not in demo.stderr, "nobody else is to pair"
+    assert "another receiver" not in demo.stdout
     report = json.loads((DEMO / "report.json").read_text())
     assert report["source"] == "simulated"
     assert report["duration_s"] > 0
@@ -106,6 +109,30 @@ def test_images_give_way_to_the_link_of_the_demo_and_no_sample_is_lost(tmp_path:
         assert reasons.keys() <= {"source_late", "no_buffer"}, (name, reasons)
         missed = topics[name]["drops"] - sum(reasons.values())
         assert 0 <= missed <= 0.02 * topics[name]["count"] + 1, name
+
+
+ANOTHER = f"""
+import rclpy, sys
+from sensor_msgs.msg import Illuminance
+rclpy.init()
+node = rclpy.create_node("another_receiver")
+node.create_publisher(Illuminance, "{PREFIX}/light_sensor", 10)
+print("ready", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_the_demo_says_that_another_receiver_has_the_same_topics(tmp_path: Path) -> None:
+    environ = isolated_environment()
+    command = [sys.executable, "-c", ANOTHER]
+    with start(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environ) as another:
+        assert another.stdout is not None
+        assert another.stdout.readline() == "ready\n"
+        sections = "other_sensors: {enabled: true}"
+        demo = run_demo(tmp_path, sections, "--duration", "1", environ=environ)
+        another.communicate()
+    assert demo.returncode == 0, demo.stdout + demo.stderr
+    assert "another receiver publishes the same topics" in demo.stdout
 
 
 def test_a_wrong_configuration_ends_the_demo(tmp_path: Path) -> None:
