@@ -1,5 +1,6 @@
 #include "drawer.h"
 
+#include <algorithm>
 #include <thread>
 
 #include "clock.h"
@@ -9,6 +10,14 @@
 namespace ml2sim {
 
 bool drawsAhead() { return text(Key::Clock) != "manual"; }
+
+/** Returns the time that frames like these take at most: a quarter more than the last, for it varies. */
+static int64_t expectedNanos(const std::vector<FrameCache::Place> &places) {
+    int64_t last = 0;
+    for (const auto &place : places)
+        last = std::max(last, place.cache->drawingNanos());
+    return last + last / 4;
+}
 
 void Drawer::await(int64_t index) const {
     constexpr int64_t kRecheck = kSecond;
@@ -21,7 +30,8 @@ void Drawer::begin(const CaptureFrames &frames, uint32_t rate_hz, int64_t delayN
     constexpr int64_t kMostAhead = 64;
     if (state_->isDrawing)
         return;
-    const int64_t first = captureIndex(mlTimeNow() + state_->nanos - delayNanos, rate_hz) + 1;
+    const int64_t soonest = captureIndex(mlTimeNow() - delayNanos, rate_hz) + 1;
+    const int64_t first = captureIndex(mlTimeNow() + expectedNanos(frames(soonest)) - delayNanos, rate_hz) + 1;
     for (int64_t index = first; index < first + kMostAhead; index++) {
         const auto places = frames(index);
         if (FrameCache::areDrawn(places))
@@ -30,9 +40,7 @@ void Drawer::begin(const CaptureFrames &frames, uint32_t rate_hz, int64_t delayN
         state_->isDrawing = true;
         // It may outlive this object; frames live as long as the process.
         std::thread([state = state_, places] {
-            const int64_t start = mlTimeNow();
             FrameCache::draw(places);
-            state->nanos = mlTimeNow() - start;
             state->isDrawing = false;
             wakeWaiters();
         }).detach();

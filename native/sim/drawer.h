@@ -35,7 +35,6 @@ class Drawer {
   private:
     struct State {
         std::atomic<bool> isDrawing{false};
-        std::atomic<int64_t> nanos{0}; ///< The time that the last capture took.
     };
     std::shared_ptr<State> state_ = std::make_shared<State>();
     int64_t index_ = 0;

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cinttypes>
+#include <condition_variable>
 #include <cstdio>
 #include <cstring>
 #include <iterator>
@@ -25,12 +27,37 @@ constexpr size_t kDrawingThreads = 2;
 /** Added to the niceness of the process, not of the thread that asks, for the threads that draw. */
 constexpr int kNiceness = 5;
 
+/** Lets two threads of the process draw, in the order in which they ask. Of more, each would take longer than is
+ * foreseen. */
+class Turns {
+  public:
+    void take() {
+        std::unique_lock lock(mutex_);
+        const uint64_t turn = taken_++;
+        given_.wait(lock, [&] { return turn < done_ + kDrawingThreads; });
+    }
+    void leave() {
+        const std::lock_guard lock(mutex_);
+        done_++;
+        given_.notify_all();
+    }
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable given_;
+    uint64_t taken_ = 0, done_ = 0;
+};
+
 /** FNV-1a. */
 uint64_t hashOf(const std::string &text) {
     uint64_t hash = 0xcbf29ce484222325;
     for (const unsigned char c : text)
         hash = (hash ^ c) * 0x100000001b3;
     return hash;
+}
+
+int64_t nanosSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count();
 }
 
 void sayNotKept(const std::string &name) {
@@ -98,18 +125,25 @@ bool FrameCache::draw(const std::vector<Place> &places) {
     std::vector<Place> wanted;
     std::copy_if(places.begin(), places.end(), std::back_inserter(wanted),
                  [](const Place &place) { return place.cache->find(place.index) == nullptr; });
+    const auto start = std::chrono::steady_clock::now();
     std::atomic<size_t> next{0};
+    static auto &turns = *new Turns; // Never destroyed: frames may be drawn while the process ends.
     const auto drawSome = [&] {
         // Linux sets it for this thread alone, which has inherited that of a thread with images.
         setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, getpid()) + kNiceness);
-        for (size_t i = next++; i < wanted.size(); i = next++)
+        for (size_t i = next++; i < wanted.size(); i = next++) {
+            turns.take();
             wanted[i].cache->drawHere(wanted[i].index);
+            turns.leave();
+        }
     };
     std::vector<std::thread> threads;
     for (size_t i = 0; i < std::min(kDrawingThreads, wanted.size()); i++)
         threads.emplace_back(drawSome);
     for (auto &thread : threads)
         thread.join();
+    for (const auto &place : wanted)
+        place.cache->drawingNanos_ = nanosSince(start);
     return !wanted.empty();
 }
 

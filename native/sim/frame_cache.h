@@ -48,10 +48,14 @@ class FrameCache {
     static bool areDrawn(const std::vector<Place> &places);
 
     /**
-     * Renders frames, at most two at a time, by threads of a lower priority: so what streams beside is not late.
-     * Returns false if that was done before.
+     * Renders frames by threads of a lower priority, at most two of the process at a time: so what streams beside is
+     * not late. Returns false if that was done before.
      */
     static bool draw(const std::vector<Place> &places);
+
+    /** Returns the time that draw() took for frames of this cache, and of others of a capture, the last time; 0 before.
+     */
+    int64_t drawingNanos() const { return drawingNanos_; }
 
     /** Returns a frame, rendered now if it was not before; read-only and valid for the life of the cache. */
     const uint8_t *frame(size_t index);
@@ -68,6 +72,7 @@ class FrameCache {
     std::unique_ptr<FrameFile> shared_;      ///< Null if there is no folder.
     std::atomic<FrameFile *> own_ = nullptr; ///< For frames that are not in the shared file; null until there are any.
     std::mutex drawing_;
+    std::atomic<int64_t> drawingNanos_{0};
 };
 
 } // namespace ml2sim

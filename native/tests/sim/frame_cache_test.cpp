@@ -6,12 +6,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
+#include <deque>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -101,6 +105,33 @@ TEST_F(FrameCaches, AFrameIsDrawnWhenItIsFirstReadAndOnlyThen) {
     EXPECT_FALSE(FrameCache::draw({{&cache, 3}}));
     EXPECT_TRUE(FrameCache::draw({{&cache, 2}, {&cache, 3}, {&cache, 4}, {&cache, 5}}));
     EXPECT_EQ(drawing.frames, 4);
+}
+
+TEST_F(FrameCaches, TwoFramesAreDrawnAtOnceOfAllCamerasTogether) {
+    constexpr auto kDrawn = std::chrono::milliseconds(5);
+    std::mutex mutex;
+    std::condition_variable begun;
+    int atOnce = 0, most = 0;
+    const auto draw = [&](size_t index, uint8_t *frame) {
+        std::unique_lock lock(mutex);
+        most = std::max(most, ++atOnce);
+        begun.notify_all();
+        begun.wait_for(lock, kDrawn, [&] { return atOnce > 2; }); // which is not to come
+        atOnce--;
+        std::memset(frame, byteOf(index), kBytes);
+        return kBytes;
+    };
+    std::deque<FrameCache> caches;
+    for (const auto *name : {"one", "another", "a third"})
+        caches.emplace_back(RenderPlan{name, "", kBytes, kFrames, draw}, folder);
+    std::vector<std::thread> cameras;
+    for (auto &cache : caches)
+        cameras.emplace_back([&] { FrameCache::draw({{&cache, 0}, {&cache, 1}}); });
+    for (auto &camera : cameras)
+        camera.join();
+    EXPECT_EQ(most, 2);
+    for (const auto &cache : caches)
+        EXPECT_GE(cache.drawingNanos(), 2 * std::chrono::nanoseconds(kDrawn).count()) << "two frames of one cache";
 }
 
 TEST_F(FrameCaches, TheFoldersFilesAreNamedByTheirInputs) {
