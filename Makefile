@@ -19,8 +19,8 @@ export PYTEST_TIMEOUT = $(ML2S_TEST_LIMIT_S)0
 beside := --numprocesses 2 --dist worksteal
 headsets_at_a_time ?= 2
 slowest := --durations 20 --durations-min 0.5
-# So many targets of this file at a time.
-at_a_time = MAKE='$(submake)' config/at_a_time.sh $(1) $(2)
+# Runs targets of this file beside each other.
+at_a_time = MAKE='$(submake)' config/at_a_time.sh $(1)
 # A line that names MAKE itself would be run under `make -n`, too.
 submake = $(MAKE) --no-print-directory
 # Runs what follows `--` unless the inputs before it have the content that they had when it last succeeded.
@@ -143,7 +143,7 @@ unity-package: setup-headset+test aar ## Pack the Unity package: build/unity
 	$(run) python3 config/unity_tarball.py
 
 dist: setup-headset+android+test unity-package ## Put what a release holds into build/dist, with checksums and bills of materials [KEYSTORE as for apk]
-	$(call at_a_time,2,apk cyclonedx)
+	$(call at_a_time,apk cyclonedx)
 	$(if_changed) build/.bills $(filter %pom.xml,$(kotlin_files)) -- env MAVEN_OPTS="$(all_compilers) $$MAVEN_OPTS" $(maven) --quiet package $(compiled) -DskipTests \
 	  -pl $(library),$(app),$(headset) -am org.cyclonedx:cyclonedx-maven-plugin:makeBom
 	$(run) python3 config/dist.py --cyclonedx $(cyclonedx)
@@ -159,7 +159,7 @@ demo: setup-headset $(if $(wildcard $(packaged)),$(packaged),$(simulated_headset
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)") $(if $(LINK),--link $(LINK))
 
 check: setup-headset+test+csharp+lint build $(javascript) ## Check style, and run the fast tests of what changed since they last passed
-	$(call at_a_time,2,lint check-python check-native check-kotlin check-unity)
+	$(call at_a_time,lint check-python check-native check-kotlin check-unity)
 
 check-python:
 	$(if_unchecked) config host_receiver tests/conformance tests/docs *.md docs -- $(pytest) $(beside) -m 'not processes' \
@@ -182,7 +182,7 @@ check-unity:
 # The longest first. Of targets that run beside each other, each has two tests at a time, which often wait. That of whole
 # headsets and receivers has one, whose processes fill a processor. With more, they would only wait for each other.
 test: shared-memory setup-headset+test+csharp+view build $(class_archive) $(javascript) ## Run the tests of everything but a release's packages
-	headsets_at_a_time=1 $(call at_a_time,2,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
+	headsets_at_a_time=1 $(call at_a_time,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
 	$(submake) test-alone
 
 # ROS nodes exchange images by it. Without enough, they wait in vain.
@@ -240,7 +240,7 @@ api: setup-headset+csharp ## Rewrite the lists of what is public, to be committe
 	REWRITE_API=1 tests/unity/run.sh -run:Ml2Sensors.Tests.PublicApiTests
 
 lint: setup-headset+lint $(ktlint_jar) $(detekt_jar) ## Check style, types, scripts, generated files and documents
-	$(call at_a_time,2,lint-python lint-kotlin lint-native lint-documents)
+	$(call at_a_time,lint-python lint-kotlin lint-native lint-documents)
 
 lint-python:
 	$(if_unchecked) $(python) $(settings) build/venv/.setup-inputs -- $(submake) ruff mypy
@@ -290,7 +290,7 @@ bench: build ## Measure against bare loops, and [PEER=checkout of ROS-TCP-Endpoi
 	$(run) env PEER="$(PEER)" tests/bench/run.sh
 
 fuzz: build ## Look for bytes of peers that our readers mistake, DURATION seconds for each reader
-	$(call at_a_time,2,fuzz-python fuzz-kotlin)
+	$(call at_a_time,fuzz-python fuzz-kotlin)
 
 fuzz-python: setup
 	$(run) tests/fuzz/run.sh $(DURATION)

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Runs targets of the Makefile, COUNT at a time, all of them; each line of output has its target. At
-# the end it repeats the last lines of those that failed, and names the tests and targets that failed:
-#   MAKE=... config/at_a_time.sh COUNT TARGET...
+# Runs targets of the Makefile, all of them, two at a time, or one on a machine with one processor. Each line
+# of output has its target. At the end it repeats the last lines of those that failed, and names the tests and
+# targets that failed:
+#   MAKE=... config/at_a_time.sh TARGET...
 set -euo pipefail
 # shellcheck source=/dev/null
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/errors.sh"
@@ -11,7 +12,7 @@ logs=$(mktemp --directory)
 trap 'rm -rf "$logs"' EXIT
 export MAKE logs
 # shellcheck disable=SC2016
-printf '%s\n' "${@:2}" | xargs --max-procs "$1" -I TARGET bash -c \
+printf '%s\n' "$@" | xargs --max-procs $(($(nproc) > 1 ? 2 : 1)) -I TARGET bash -c \
   'set -o pipefail
    TIMEFORMAT="%0R s; CPU %0U s, in the system %0S s"
    { time $MAKE "$0"; } 2>&1 | sed --unbuffered "s/^/$0 | /" | tee "$logs/$0" || mv "$logs/$0"{,.failed}' TARGET
