@@ -1,8 +1,9 @@
 """A simulated headset, a receiver and `ml2-receiver view` as processes."""
 
 import contextlib
+import json
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -67,6 +68,26 @@ def new_page(browser: Browser, color_scheme: Literal["dark", "light"] | None = N
     context = browser.new_context(viewport=SCREEN, color_scheme=color_scheme)
     context.set_default_timeout(LIMIT_MS)
     return context.new_page()
+
+
+class SentMessages:
+    """Messages of a page to the server; on a busy machine, it may send them on a new connection."""
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._messages: list[Any] = []
+        page.on("websocket", lambda it: it.on("framesent", self._add))
+
+    def _add(self, message: str | bytes) -> None:
+        self._messages.append(json.loads(message))
+
+    @contextlib.contextmanager
+    def expected(self, is_expected: Callable[[Any], bool]) -> Iterator[None]:
+        """Waits, when left, for such a message; the test's time limit ends an endless wait."""
+        self._messages.clear()
+        yield
+        while not any(map(is_expected, self._messages)):
+            self._page.wait_for_timeout(50)
 
 
 def written_config(folder: Path, color_hz: int = 30, depth_hz: int = 30) -> Path:

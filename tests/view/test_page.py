@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 import bag_scene
 from images import REPORTS, await_images, keep_screens
-from lab import IMAGES, Lab, new_page
+from lab import IMAGES, Lab, SentMessages, new_page
 from ml2_tools.viewing import newest_image
 from view_scene import ROWS, WORLD, serving
 from waiting import await_true
@@ -181,10 +181,10 @@ def test_a_frozen_page_slows_no_other(browser: Browser, lab: Lab, page: Page) ->
 
 def test_a_hidden_page_asks_for_no_images(browser: Browser, lab: Lab) -> None:
     page = new_page(browser)
-    with page.expect_websocket() as opened:
-        page.goto(lab.address)
+    sent = SentMessages(page)
+    page.goto(lab.address)
     await_images(page, "world_left")
-    with opened.value.expect_event("framesent", lambda it: json.loads(it) == {"show": []}):
+    with sent.expected(lambda it: it == {"show": []}):
         page.evaluate(HIDE)
     page.context.close()
 

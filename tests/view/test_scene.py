@@ -1,16 +1,15 @@
 """The 3D view of the page."""
 
 import itertools
-import json
 import re
 
 import pytest
 from geometry_msgs.msg import TransformStamped
-from playwright.sync_api import Browser, Locator, Page, WebSocket, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from tf2_msgs.msg import TFMessage
 
-from lab import Lab, new_page
+from lab import Lab, SentMessages, new_page
 
 _SHOWN = ("head", "color", "depth", "world left", "hand left", "hand right", "gaze")
 
@@ -108,31 +107,21 @@ def test_frusta_show_images_until_they_are_switched_off(page: Page, scene: Locat
 
 
 def test_points_come_while_the_image_of_depth_is_shown(browser: Browser, lab: Lab) -> None:
-    page, socket = opened(browser, lab)
-    with socket.expect_event("framesent", lambda it: json.loads(it) == {"seen": "cloud"}):
+    page = new_page(browser)
+    with SentMessages(page).expected(lambda it: it == {"seen": "cloud"}):
+        page.goto(lab.address)
         expect(page.locator("[data-stream=depth]")).to_be_visible()
     page.context.close()
 
 
 def test_a_hidden_view_asks_for_nothing(browser: Browser, lab: Lab) -> None:
-    page, socket = opened(browser, lab)
+    page = new_page(browser)
+    sent = SentMessages(page)
+    page.goto(lab.address)
     scene = page.locator("#scene")
     expect(scene.get_by_role("list")).to_contain_text("head")
-    with socket.expect_event("framesent", lambda it: not asks_for_scene(it, otherwise=True)):
+    with sent.expected(lambda it: "scene" not in it.get("show", ["scene"])):
         scene.get_by_role("button", name="Hide").click()
-    with socket.expect_event("framesent", lambda it: asks_for_scene(it, otherwise=False)):
+    with sent.expected(lambda it: "scene" in it.get("show", [])):
         scene.get_by_role("button", name="Show").click()
     page.context.close()
-
-
-def opened(browser: Browser, lab: Lab) -> tuple[Page, WebSocket]:
-    page = new_page(browser)
-    with page.expect_websocket() as socket:
-        page.goto(lab.address)
-    return page, socket.value
-
-
-def asks_for_scene(frame: str | bytes, *, otherwise: bool) -> bool:
-    """Returns True if a message asks for the scene, and `otherwise` if it is of another kind."""
-    message = json.loads(frame)
-    return "scene" in message["show"] if "show" in message else otherwise

@@ -24,12 +24,12 @@ SOCKET_PATH = "/live"
 # The page says what to do about this code, by which it knows that its token is wrong.
 WRONG_TOKEN = 4401
 _MOST_VISITORS = 8
-_PATIENCE_S = 5
 _CLOSE_S = 1
-# A browser takes its time to read a file: on a busy machine, over a second for the largest.
+# On a busy machine a browser takes seconds to connect, or to read the largest file.
+_PATIENCE_S = 20
 _FILE_S = 20
 # A browser that reads nothing of images for so long is disconnected. A struct timeval.
-_SEND_TIMEOUT = struct.pack("ll", _PATIENCE_S, 0)
+_SEND_TIMEOUT = struct.pack("ll", 5, 0)
 
 
 class ViewServer:
