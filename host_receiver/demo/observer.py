@@ -139,7 +139,9 @@ class Observer(Node):
             "session": self.session,
             "clock": self.clock,
             "adaptation": self._of(ADAPTATION).get("message", ""),
-            "is_mixed": any(self.count_publishers(it) > 1 for it in topics if it[:3] != "/tf"),
+            "is_mixed": any(
+                self.count_publishers(it) > 1 for it in topics if not it.startswith("/tf")
+            ),
             "topics": topics,
         }
 

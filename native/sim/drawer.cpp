@@ -8,16 +8,19 @@
 #include "settings.h"
 
 namespace ml2sim {
-
-bool drawsAhead() { return text(Key::Clock) != "manual"; }
+namespace {
 
 /** Returns the time that frames like these take at most: a quarter more than the last, for it varies. */
-static int64_t expectedNanos(const std::vector<FrameCache::Place> &places) {
+int64_t expectedNanos(const std::vector<FrameCache::Place> &places) {
     int64_t last = 0;
     for (const auto &place : places)
         last = std::max(last, place.cache->drawingNanos());
     return last + last / 4;
 }
+
+} // namespace
+
+bool drawsAhead() { return text(Key::Clock) != "manual"; }
 
 void Drawer::await(int64_t index) const {
     constexpr int64_t kRecheck = kSecond;
@@ -30,8 +33,9 @@ void Drawer::begin(const CaptureFrames &frames, uint32_t rate_hz, int64_t delayN
     constexpr int64_t kMostAhead = 64;
     if (state_->isDrawing)
         return;
-    const int64_t soonest = captureIndex(mlTimeNow() - delayNanos, rate_hz) + 1;
-    const int64_t first = captureIndex(mlTimeNow() + expectedNanos(frames(soonest)) - delayNanos, rate_hz) + 1;
+    const int64_t due = mlTimeNow() - delayNanos;
+    const auto soonest = frames(captureIndex(due, rate_hz) + 1);
+    const int64_t first = captureIndex(due + expectedNanos(soonest), rate_hz) + 1;
     for (int64_t index = first; index < first + kMostAhead; index++) {
         const auto places = frames(index);
         if (FrameCache::areDrawn(places))

@@ -27,8 +27,7 @@ constexpr size_t kDrawingThreads = 2;
 /** Added to the niceness of the process, not of the thread that asks, for the threads that draw. */
 constexpr int kNiceness = 5;
 
-/** Lets two threads of the process draw, in the order in which they ask. Of more, each would take longer than is
- * foreseen. */
+/** Lets two threads of the process draw, in the order in which they ask. More slow each other, and come too late. */
 class Turns {
   public:
     void take() {
@@ -54,10 +53,6 @@ uint64_t hashOf(const std::string &text) {
     for (const unsigned char c : text)
         hash = (hash ^ c) * 0x100000001b3;
     return hash;
-}
-
-int64_t nanosSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count();
 }
 
 void sayNotKept(const std::string &name) {
@@ -142,8 +137,9 @@ bool FrameCache::draw(const std::vector<Place> &places) {
         threads.emplace_back(drawSome);
     for (auto &thread : threads)
         thread.join();
+    const std::chrono::nanoseconds taken = std::chrono::steady_clock::now() - start;
     for (const auto &place : wanted)
-        place.cache->drawingNanos_ = nanosSince(start);
+        place.cache->drawingNanos_ = taken.count();
     return !wanted.empty();
 }
 
