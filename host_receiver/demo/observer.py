@@ -198,7 +198,7 @@ def spun_observer(
     """An observer that a thread spins; the process ends when any of its threads fails."""
     threading.excepthook = _end_process
     _print_apart_from_libraries()
-    apply_default_profile(os.environ)
+    apply_default_profile(os.environ, sends_images=False)
     rclpy.init()
     observer = Observer(prefix, qos_depths, observed, receiver)
     executor = SingleThreadedExecutor()

@@ -9,6 +9,7 @@ import ctypes
 import functools
 import gc
 import importlib
+import inspect
 import io
 import json
 import os
@@ -111,6 +112,18 @@ def _import_all() -> None:
                 importlib.import_module(module.name)
 
 
+def _load_type_supports() -> None:
+    """Loads the libraries of the messages and services that nodes mostly have."""
+    load = importlib.import_module("rclpy.type_support").check_for_type_support
+    streams = importlib.import_module("ml2_receiver.table.reader").load_table().streams.values()
+    message_class = importlib.import_module("ml2_receiver.topics.message_types").message_class
+    for type in {topic.type for stream in streams for topic in stream.topics}:
+        load(message_class(type))
+    services = importlib.import_module("rcl_interfaces.srv")
+    for service in (it for it in vars(services).values() if inspect.isclass(it)):
+        load(service)
+
+
 def _serve(connection: socket.socket) -> tuple[bytes, list[int]]:
     """Forks for each request, and returns it in the fork."""
     tracing = _tracing()
@@ -194,6 +207,7 @@ def main() -> None:
     importlib.import_module("rclpy")
     of_tracing = _threads()
     _import_all()
+    _load_type_supports()
     if _threads() != of_tracing:
         raise RuntimeError("a module starts a thread, which forks would not have")
     # It only ends what hangs, and a full machine stops slowly. Programs given with -c keep it.

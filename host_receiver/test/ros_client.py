@@ -128,7 +128,8 @@ def _parameters(values: dict[str, Any]) -> list[Parameter]:
 def main() -> None:
     # A shell may have started the tests to ignore it.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    apply_default_profile(os.environ)  # so that Fast DDS writes no log among the lines
+    # So that Fast DDS writes no log among the lines
+    apply_default_profile(os.environ, sends_images=False)
     rclpy.init()
     client = Client(rclpy.create_node("client"))
     for line in sys.stdin:

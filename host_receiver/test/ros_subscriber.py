@@ -25,7 +25,8 @@ def main(topic: str, type: str, durability: str) -> None:
     package, _, name = type.partition("/msg/")
     # A shell may have started the tests to ignore it.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    apply_default_profile(os.environ)  # so that Fast DDS writes no log among the lines
+    # So that Fast DDS writes no log among the lines
+    apply_default_profile(os.environ, sends_images=False)
     rclpy.init()
     node = rclpy.create_node("subscriber")
     while not say_publishers(node, topic):

@@ -3,6 +3,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from string import Template
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -29,14 +30,25 @@ def free_memory(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
 
 def segment_bytes(environ: dict[str, str]) -> int:
     root = ElementTree.parse(environ[PROFILES_VARIABLE]).getroot()
-    return int(root.findtext(f".//{NAMESPACE}segment_size", ""))
+    size = root.findtext(f".//{NAMESPACE}segment_size", "")
+    return int(Template(size).substitute(environ))
 
 
 @pytest.mark.usefixtures("free_memory")
-def test_fast_dds_gets_64_mebibytes_where_there_is_room() -> None:
+def test_fast_dds_gets_64_mebibytes_for_images_where_there_is_room() -> None:
     environ: dict[str, str] = {}
-    assert apply_default_profile(environ) is None
+    assert apply_default_profile(environ, sends_images=True) is None
     assert segment_bytes(environ) == 64 * MEBIBYTE
+
+
+@pytest.mark.parametrize("free", [8_000_000, 24 * 2**30])
+def test_fast_dds_gets_its_half_mebibyte_without_images(
+    free_memory: SimpleNamespace, free: int
+) -> None:
+    free_memory.f_bavail = free
+    environ: dict[str, str] = {}
+    assert apply_default_profile(environ, sends_images=False) is None
+    assert segment_bytes(environ) == MEBIBYTE // 2
 
 
 @pytest.mark.parametrize(
@@ -45,7 +57,7 @@ def test_fast_dds_gets_64_mebibytes_where_there_is_room() -> None:
 )
 def test_what_the_user_has_chosen_stays(variable: str, value: str) -> None:
     environ = {variable: value}
-    assert apply_default_profile(environ) is None
+    assert apply_default_profile(environ, sends_images=True) is None
     assert environ == {variable: value}
 
 
@@ -55,7 +67,7 @@ def test_a_profile_in_the_working_directory_stays(
     monkeypatch.chdir(tmp_path)
     Path("DEFAULT_FASTRTPS_PROFILES.xml").touch()
     environ: dict[str, str] = {}
-    apply_default_profile(environ)
+    apply_default_profile(environ, sends_images=True)
     assert environ == {}
 
 
@@ -68,19 +80,21 @@ def test_little_shared_memory_makes_a_smaller_segment_and_a_warning(
 ) -> None:
     free_memory.f_bavail = free
     environ: dict[str, str] = {}
-    warning = apply_default_profile(environ)
+    warning = apply_default_profile(environ, sends_images=True)
     assert warning is not None
     assert f"{free / 1e6:.1f} MB free, expected 80 MB" in warning
     assert segment_bytes(environ) == segment
 
 
 @pytest.mark.parametrize("free", [0, 7_999_999])
+@pytest.mark.parametrize("sends_images", [True, False])
 def test_where_no_image_fits_none_of_the_shared_memory_is_used(
-    free_memory: SimpleNamespace, free: int
+    free_memory: SimpleNamespace, free: int, sends_images: bool
 ) -> None:
     free_memory.f_bavail = free
     environ: dict[str, str] = {}
-    assert "Fast DDS uses UDP alone" in (apply_default_profile(environ) or "")
+    warning = apply_default_profile(environ, sends_images=sends_images)
+    assert "Fast DDS uses UDP alone" in (warning or "")
     root = ElementTree.parse(environ[PROFILES_VARIABLE]).getroot()
     used = root.iterfind(f".//{NAMESPACE}userTransports/{NAMESPACE}transport_id")
     assert [it.text for it in used] == ["udp"]
@@ -91,16 +105,16 @@ def test_no_shared_memory_at_all_is_a_warning(monkeypatch: pytest.MonkeyPatch) -
         raise FileNotFoundError(path)
 
     monkeypatch.setattr(os, "statvfs", missing)
-    assert "0.0 MB free" in (apply_default_profile({}) or "")
+    assert "0.0 MB free" in (apply_default_profile({}, sends_images=True) or "")
 
 
 PARTICIPANT = """
 import os
 import sys
 from ml2_receiver.ros import fastdds
-if len(sys.argv) > 1:
-    fastdds.free_shared_memory_bytes = lambda: int(sys.argv[1])
-fastdds.apply_default_profile(os.environ)
+if "free" in sys.argv:
+    fastdds.free_shared_memory_bytes = lambda: int(sys.argv[-1])
+fastdds.apply_default_profile(os.environ, sends_images="images" in sys.argv)
 import rclpy
 rclpy.init()
 node = rclpy.create_node("profile_probe")
@@ -120,15 +134,19 @@ def no_profile(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("no_profile")
 @pytest.mark.parametrize(
-    ("free", "least", "most"),
-    [([], 64 * MEBIBYTE, 80_000_000), (["40000000"], 20_000_000, 30_000_000)],
-    ids=["the packaged profile", "with a smaller segment"],
+    ("arguments", "least", "most"),
+    [
+        (["images"], 64 * MEBIBYTE, 80_000_000),
+        (["images", "free", "40000000"], 20_000_000, 30_000_000),
+        ([], MEBIBYTE // 2, 2 * MEBIBYTE),
+    ],
+    ids=["for images", "for images with little memory", "without images"],
 )
-def test_a_participant_makes_the_segment(free: list[str], least: int, most: int) -> None:
+def test_a_participant_makes_the_segment(arguments: list[str], least: int, most: int) -> None:
     memory = os.statvfs("/dev/shm")
     if memory.f_bavail * memory.f_frsize < 80_000_000:
         pytest.skip("/dev/shm has less than 80 MB free")
-    with Child("-c", PARTICIPANT, *free) as child:
+    with Child("-c", PARTICIPANT, *arguments) as child:
         assert child.line() == "ready"
         assert least < max(it.stat().st_size for it in segments(child.process.pid)) < most
 
@@ -138,7 +156,7 @@ def test_a_participant_makes_the_segment(free: list[str], least: int, most: int)
 def test_a_participant_maps_no_shared_memory_where_no_image_fits(free: str, maps: bool) -> None:
     does_map = "'/dev/shm/fastrtps_' in open('/proc/self/maps').read()"
     run = subprocess.run(
-        [sys.executable, "-c", PARTICIPANT.replace('"ready"', does_map), free],
+        [sys.executable, "-c", PARTICIPANT.replace('"ready"', does_map), "free", free],
         # In the range of the other tests, rmw_fastrtps adds a default segment to any profile.
         env=environment() | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"},
         input="",
@@ -160,7 +178,7 @@ def test_the_memory_of_a_killed_participant_is_removed_and_that_of_a_living_one_
         assert left
         killed.process.kill()
         killed.process.wait(LIMIT_S)
-        apply_default_profile({})
+        apply_default_profile({}, sends_images=False)
         assert not any(it.exists() for memory in left for it in with_lock(memory))
         assert all(it.exists() for memory in kept for it in with_lock(memory))
 
@@ -177,7 +195,7 @@ def test_other_shared_memory_stays(
     files = with_lock(tmp_path / name)
     for file in files:
         file.touch()
-    apply_default_profile({})
+    apply_default_profile({}, sends_images=False)
     assert all(it.exists() for it in files)
 
 
@@ -189,11 +207,11 @@ def test_shared_memory_of_another_user_stays(
     for file in files:
         file.touch()
     monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
-    apply_default_profile({})
+    apply_default_profile({}, sends_images=False)
     assert all(it.exists() for it in files)
     monkeypatch.undo()
     monkeypatch.setattr(fastdds, "_SHARED_MEMORY", tmp_path)
-    apply_default_profile({})
+    apply_default_profile({}, sends_images=False)
     assert not any(it.exists() for it in files)
 
 

@@ -30,7 +30,7 @@ from configurations import only
 from mock_device import MockDevice
 from repeated import begin
 from ros_messages import TYPES, message, string
-from ros_processes import Child, Client, Receiver, environment
+from ros_processes import Child, Client, Receiver, environment, segments
 from waiting import LIMIT_S, await_true
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
@@ -85,7 +85,7 @@ import os, sys, time, rclpy
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String, UInt8MultiArray
 from ml2_receiver.ros.fastdds import apply_default_profile
-apply_default_profile(os.environ)
+apply_default_profile(os.environ, sends_images=True)
 rclpy.init()
 publisher = rclpy.create_node("large").create_publisher(String, "/large", QoSProfile(depth=200))
 while not publisher.get_subscription_count():
@@ -276,6 +276,8 @@ def test_a_killed_process_of_large_messages_is_replaced_and_what_it_lost_is_coun
     # Books begin with the first message that is taken
     publish()
     take_one_after(0)
+    shared = segments(bulk_processes(receiver)[0].pid)
+    assert max(it.stat().st_size for it in shared) < 2 << 20
     with ThreadPoolExecutor(1) as beside:
         beside.submit(publish_on)
         try:

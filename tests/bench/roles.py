@@ -218,7 +218,7 @@ def print_usage(frames: int) -> None:
 
 
 def main(role: str, *arguments: str) -> None:
-    apply_default_profile(os.environ)
+    apply_default_profile(os.environ, sends_images=True)
     match role:
         case "receiver":
             play_receiver()

@@ -114,7 +114,7 @@ def ros_node(config: Config, options: argparse.Namespace) -> "RosNode | None":
         return None
     for text in _without_effect(options.ros_args, _node_path(options)):
         print(f"WARNING: {text}", file=sys.stderr)
-    with ros_needed():
+    with ros_needed(sends_images=True):
         from ..ros.node import RosNode  # reads the profile
     return RosNode(config, node_arguments(options.ros_args, config.name))
 

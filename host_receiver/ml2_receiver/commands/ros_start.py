@@ -29,16 +29,19 @@ _RENAMED = re.compile(rf"(?:{_NODE}:)?__(?:node|name):=([A-Za-z_]\w*)", re.ASCII
 
 
 @contextmanager
-def ros_needed() -> Iterator[None]:
+def ros_needed(*, sends_images: bool = False) -> Iterator[None]:
     """Guards imports that need ROS. Fast DDS gets our profile, unless the user has chosen one.
 
     ROS logs to standard error: standard output is the command's own, and may be JSON.
+
+    Args:
+        sends_images: the process will publish images.
 
     Raises:
         RosError: it is not there.
     """
     os.environ["RCUTILS_LOGGING_USE_STDOUT"] = "0"
-    warning = apply_default_profile(os.environ)
+    warning = apply_default_profile(os.environ, sends_images=sends_images)
     if warning is not None:
         print(f"WARNING: {warning}", file=sys.stderr)
     try:

@@ -24,6 +24,7 @@ from ..json_text import json_text
 from ..session.subscription_queue import Payload
 from . import bulk_child
 from .bulk_child import HEADER, SMALL_BYTES, STOP_S
+from .fastdds import SEGMENT_VARIABLE, SMALL_SEGMENT_BYTES
 from .given_arguments import given
 from .raw_taker import Taking
 
@@ -161,7 +162,11 @@ class _Process:
                 pass_fds=[its.fileno()],
                 stdin=subprocess.PIPE,
                 text=True,
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+                env={
+                    **os.environ,
+                    "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+                    SEGMENT_VARIABLE: str(SMALL_SEGMENT_BYTES),  # it publishes nothing
+                },
                 start_new_session=True,  # Ctrl-C is for this process, which then ends that one
             )
         assert self._process.stdin is not None

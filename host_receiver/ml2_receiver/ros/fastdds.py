@@ -1,4 +1,4 @@
-"""Gives Fast DDS enough shared memory for images.
+"""Gives Fast DDS enough shared memory for images, where some are sent.
 
 With its default segment of 512 KiB an image of 1 MB at 90 Hz loses more than half of its messages
 on the way to a best-effort subscriber; with 64 MiB it loses none.
@@ -15,12 +15,18 @@ from xml.etree import ElementTree
 
 # The only name Fast DDS 2 reads, and the file it reads from the working directory.
 PROFILES_VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"
+# The packaged profile names it.
+SEGMENT_VARIABLE = "ML2_RECEIVER_SEGMENT_BYTES"
 _WORKING_DIRECTORY_PROFILE = Path("DEFAULT_FASTRTPS_PROFILES.xml")
 
 _SHARED_MEMORY = Path("/dev/shm")
 # A lock of the memory of a participant, which has the same name without the end
 _LOCKS = f"fastrtps_{'[0-9a-f]' * 16}_el"
 NEEDED_BYTES = 80_000_000
+_IMAGES_SEGMENT_BYTES = 64 << 20
+# That of Fast DDS. What others send is in their segments. A participant writes all of its own when
+# it starts, which takes 80 ms of a processor for 64 MiB.
+SMALL_SEGMENT_BYTES = 512 << 10
 # A smaller segment hardly holds an image, and takes the memory that other nodes' ports need:
 # a node whose ports find none is not ended by a signal.
 _LEAST_SEGMENT_BYTES = 4_000_000
@@ -28,11 +34,14 @@ _LEAST_SEGMENT_BYTES = 4_000_000
 ElementTree.register_namespace("", "http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles")
 
 
-def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
+def apply_default_profile(environ: MutableMapping[str, str], *, sends_images: bool) -> str | None:
     """Makes Fast DDS use this package's profile, unless the user has chosen one.
 
     Removes the shared memory that this user's killed participants have left.
     Fast DDS reads `environ` when its first participant is made: call this before rclpy.init.
+
+    Args:
+        sends_images: takes shared memory for them, too.
 
     Returns:
         A warning when there is too little shared memory for it, and less is used.
@@ -44,16 +53,20 @@ def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
     _remove_memory_of_killed_participants()
     profile = resources.files("ml2_receiver").joinpath("data/fastdds_profile.xml")
     free_bytes = free_shared_memory_bytes()
-    if free_bytes >= NEEDED_BYTES:
-        environ[PROFILES_VARIABLE] = str(profile)
-        return None
+    wanted_bytes = _IMAGES_SEGMENT_BYTES if sends_images else SMALL_SEGMENT_BYTES
     # Half, as the subscribers' own Fast DDS needs some too.
-    segment_bytes = free_bytes // 2
-    has_segment = segment_bytes >= _LEAST_SEGMENT_BYTES
-    text = profile.read_text("utf-8")
-    environ[PROFILES_VARIABLE] = _write_temporary(
-        _with_segment(text, segment_bytes) if has_segment else _without_shared_memory(text)
+    segment_bytes = (
+        wanted_bytes if free_bytes >= NEEDED_BYTES else min(wanted_bytes, free_bytes // 2)
     )
+    has_segment = free_bytes // 2 >= _LEAST_SEGMENT_BYTES
+    environ[SEGMENT_VARIABLE] = str(segment_bytes)
+    environ[PROFILES_VARIABLE] = (
+        str(profile)
+        if has_segment
+        else _write_temporary(_without_shared_memory(profile.read_text("utf-8")))
+    )
+    if has_segment and segment_bytes == wanted_bytes:
+        return None
     gets = f"gets {segment_bytes / 1e6:.1f} MB" if has_segment else "uses UDP alone"
     return (
         f"{_SHARED_MEMORY} has {free_bytes / 1e6:.1f} MB free,"
@@ -88,13 +101,6 @@ def _remove_memory_of_killed_participants() -> None:
                 lock.unlink()
         except (BlockingIOError, FileNotFoundError):
             continue  # it lives, or has begun or ended this moment
-
-
-def _with_segment(profile: str, segment_bytes: int) -> ElementTree.Element:
-    root = ElementTree.fromstring(profile)
-    (segment_size,) = root.iterfind(".//{*}segment_size")
-    segment_size.text = str(segment_bytes)
-    return root
 
 
 def _without_shared_memory(profile: str) -> ElementTree.Element:

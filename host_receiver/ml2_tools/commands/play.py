@@ -148,7 +148,7 @@ def _timeline(reader: BagReader, options: argparse.Namespace) -> Timeline:
 
 
 def _clock(timeline: Timeline) -> AbstractContextManager[object]:
-    with ros_needed():
+    with ros_needed(sends_images=True):
         from ..playback.ros_clock import RosClock
     return RosClock(timeline)
 

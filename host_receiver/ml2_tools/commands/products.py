@@ -40,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     with (
-        ros_needed(),
+        ros_needed(sends_images=True),
         optional_packages("cv2", command="products", pip="pip install './host_receiver[products]'"),
     ):
         from ..products.node import ProductsNode  # reads the profile
