@@ -179,10 +179,11 @@ check-kotlin:
 check-unity:
 	$(if_unchecked) unity_package build/native/bundle tests/unity tests/unity_project tests/conformance/vectors -- tests/unity/run.sh
 
-# The longest first. Of targets that run beside each other, each has two tests at a time, which often wait. That of whole
-# headsets and receivers has one, whose processes fill a processor. With more, they would only wait for each other.
+# The longest first, and the browser's many threads not beside native tests with sanitizers. Of targets that run beside
+# each other, each has two tests at a time, which often wait. That of whole headsets and receivers has one, whose
+# processes fill a processor. With more, they would only wait for each other.
 test: shared-memory setup-headset+test+csharp+view build $(class_archive) $(javascript) ## Run the tests of everything but a release's packages
-	headsets_at_a_time=1 $(call at_a_time,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
+	headsets_at_a_time=1 $(call at_a_time,test-together test-python test-native test-kotlin test-view test-conformance test-unity)
 	$(submake) test-alone
 
 # ROS nodes exchange images by it. Without enough, they wait in vain.

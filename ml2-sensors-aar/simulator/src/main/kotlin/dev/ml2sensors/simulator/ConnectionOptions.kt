@@ -75,7 +75,10 @@ internal class ConnectionOptions : OptionGroup() {
         return ConnectionSettings(receiver ?: keys.receiver(MulticastBrowser()), keys.security())
     }
 
-    private fun openKeys(): DeviceKeys = exitOnFailure(EXIT_USAGE) { KeyFolder(keys).open(NAME) }
+    private fun openKeys(): DeviceKeys {
+        useAndroidTls()
+        return exitOnFailure(EXIT_USAGE) { KeyFolder(keys).open(NAME) }
+    }
 
     private inline fun <T> exitOnFailure(exitCode: Int, action: () -> T): T = try {
         action()

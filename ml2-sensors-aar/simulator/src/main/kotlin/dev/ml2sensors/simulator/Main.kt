@@ -7,7 +7,6 @@ import kotlin.system.exitProcess
 
 /** Runs `ml2-headset`. The exit code is 0, or 1 if a sensor failed, or 2 for wrong arguments, keys or recordings. */
 public fun main(arguments: Array<String>) {
-    useAndroidTls()
     val command = HeadsetCommand()
     val exitCode = try {
         command.parse(arguments)
