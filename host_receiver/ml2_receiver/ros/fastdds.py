@@ -53,11 +53,10 @@ def apply_default_profile(environ: MutableMapping[str, str], *, sends_images: bo
     _remove_memory_of_killed_participants()
     profile = resources.files("ml2_receiver").joinpath("data/fastdds_profile.xml")
     free_bytes = free_shared_memory_bytes()
-    wanted_bytes = _IMAGES_SEGMENT_BYTES if sends_images else SMALL_SEGMENT_BYTES
-    # Half, as the subscribers' own Fast DDS needs some too.
-    segment_bytes = (
-        wanted_bytes if free_bytes >= NEEDED_BYTES else min(wanted_bytes, free_bytes // 2)
-    )
+    segment_bytes = wanted_bytes = _IMAGES_SEGMENT_BYTES if sends_images else SMALL_SEGMENT_BYTES
+    if free_bytes < NEEDED_BYTES:
+        # Half, as the subscribers' own Fast DDS needs some too.
+        segment_bytes = min(wanted_bytes, free_bytes // 2)
     has_segment = free_bytes // 2 >= _LEAST_SEGMENT_BYTES
     environ[SEGMENT_VARIABLE] = str(segment_bytes)
     environ[PROFILES_VARIABLE] = (

@@ -148,7 +148,7 @@ def _timeline(reader: BagReader, options: argparse.Namespace) -> Timeline:
 
 
 def _clock(timeline: Timeline) -> AbstractContextManager[object]:
-    with ros_needed(sends_images=True):
+    with ros_needed():
         from ..playback.ros_clock import RosClock
     return RosClock(timeline)
 
