@@ -48,11 +48,14 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
     private var run: UnityRun? = null
 
+    /** The run of the last start, whose status is told while it ends and afterwards, too. */
+    private var lastRun: UnityRun? = null
+
     /** Held by one run at a time, until it has ended. */
     private val running = Mutex()
     private var ending: Job? = null
     private var isClosed = false
-    private var last = UnityStatus("ended", receiver = "", reason = "not started")
+    private var beforeAnyRun = UnityStatus("ended", receiver = "", reason = "not started")
     private val pairing = UnityPairing(app)
     private val inboxes = UnityInboxes(scope)
     private val publishers = UnityPublishers()
@@ -77,7 +80,8 @@ internal class Ml2Unity private constructor(private val app: Context, private va
             try {
                 pairing.load()
             } catch (e: IOException) {
-                synchronized(this@Ml2Unity) { last = last.copy(reason = e.message ?: e.javaClass.simpleName) }
+                val reason = e.message ?: e.javaClass.simpleName
+                synchronized(this@Ml2Unity) { beforeAnyRun = beforeAnyRun.copy(reason = reason) }
             }
             changed()
         }
@@ -133,6 +137,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         if (isClosed) return false
         stop()
         run = next
+        lastRun = next
         inboxes.use(next)
         publishers.use(next.streamer)
         services.use(next.streamer)
@@ -148,8 +153,6 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         // Undispatched, so that the run is told even if this is closed before a thread is free
         ending = scope.launch(start = CoroutineStart.UNDISPATCHED) {
             ended.stop()
-            val status = ended.status()
-            synchronized(this@Ml2Unity) { last = status }
             changed()
         }
     }
@@ -203,7 +206,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
      * many pairings were tried since [open]; the receiver that was paired last is the last of them.
      */
     fun status(): String {
-        val status = synchronized(this) { run }?.status() ?: synchronized(this) { last }
+        val status = synchronized(this) { lastRun }?.status() ?: synchronized(this) { beforeAnyRun }
         return json.encodeToString(status.copy(pairing = pairing.status))
     }
 

@@ -31,9 +31,8 @@ internal class UnityRun(headset: Headset, receiver: Receiver, security: Transpor
     suspend fun run(changed: () -> Unit) {
         streamer.start()
         combine(streamer.state, streamer.streams, ::Pair).first { (state, _) ->
-            val isOver = state is StreamerState.Ended
-            if (!isOver) changed()
-            isOver
+            changed()
+            state is StreamerState.Ended
         }
     }
 

@@ -2,14 +2,18 @@ package dev.ml2sensors.unity
 
 import android.Manifest
 import dev.ml2sensors.TEST_LIMIT
+import dev.ml2sensors.android.Ml2Sensors
 import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.unity.UnityProbe.Companion.state
 import dev.ml2sensors.unity.UnityProbe.Companion.streams
 import dev.ml2sensors.unity.UnityProbe.Companion.text
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
 import kotlinx.serialization.json.Json
 import kotlinx.serialization.json.jsonArray
 import kotlinx.serialization.json.jsonObject
@@ -24,6 +28,7 @@ import org.robolectric.annotation.Config
 import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
+import kotlin.test.assertNotEquals
 import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
@@ -58,9 +63,24 @@ class Ml2UnityTest {
         assertEquals(setOf("produced", "sent", "dropped"), counts.keys)
         assertTrue(probe.status().getValue("clock").jsonObject.text("state").isNotEmpty())
         unity.stop()
+        assertNotEquals("not started", probe.status().text("reason"), "while the session ends")
         assertEquals("""{"reason":"stopped"}""", session.await(HostFrame.BYE).body.decodeToString())
         probe.await { it.state == "ended" }
         assertEquals("stopped", probe.status().text("reason"))
+    }
+
+    @Test
+    fun aRunThatEndsByItselfIsTold() = runBlocking {
+        val failing = object : Receiver {
+            override suspend fun locate() = throw UnsatisfiedLinkError("no library")
+        }
+        Ml2Sensors.open(app).use { headset ->
+            val run =
+                UnityRun(headset, failing, TransportSecurity.Insecure(), UnityRun.Request("", emptyMap(), true))
+            val told = mutableListOf<Pair<String, String>>()
+            run.run { told += run.status().let { it.state to it.reason } }
+            assertEquals("ended" to "failed: UnsatisfiedLinkError: no library", told.last())
+        }
     }
 
     @Test
