@@ -12,7 +12,6 @@
 namespace {
 
 constexpr char kClass[] = "dev/ml2sensors/simulator/simulated/OpenH264";
-constexpr char kLibrary[] = "libopenh264.so.7";
 
 /** Found when it is first needed, and not part of what ships. */
 struct Library {
@@ -20,7 +19,7 @@ struct Library {
     decltype(&WelsDestroySVCEncoder) destroy = nullptr;
 
     Library() {
-        if (void *library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL)) {
+        if (void *library = dlopen(OPENH264_LIBRARY, RTLD_NOW | RTLD_LOCAL)) {
             create = reinterpret_cast<decltype(create)>(dlsym(library, "WelsCreateSVCEncoder"));
             destroy = reinterpret_cast<decltype(destroy)>(dlsym(library, "WelsDestroySVCEncoder"));
         }
@@ -78,7 +77,7 @@ SEncParamExt parameters(ISVCEncoder &codec, int width, int height, int rate_hz, 
 jstring refusal(JNIEnv *env, jclass) {
     if (library().isUsable())
         return nullptr;
-    return env->NewStringUTF("this machine has no encoder for h264: install libopenh264-7");
+    return env->NewStringUTF("this machine has no encoder for h264: install openh264, as " OPENH264_LIBRARY);
 }
 
 jlong open(JNIEnv *, jclass, jint width, jint height, jint rate_hz, jint bits_per_second) {

@@ -14,7 +14,7 @@ struct Future : Object {
     std::function<void(bool succeeded)> end;
 };
 
-Future &futureOf(XrFutureEXT future, const std::string &what) {
+Future &futureOf(XrFutureEXT future, const char *what) {
     const auto found = runtime().objects.find(number(future));
     auto *begun = found == runtime().objects.end() ? nullptr : dynamic_cast<Future *>(found->second.get());
     if (begun == nullptr)
@@ -44,7 +44,7 @@ XrFutureEXT beginFuture(uint64_t object, const char *step, std::function<void(bo
 
 XrResult completeFuture(uint64_t object, XrFutureEXT handle, const char *step, XrResult *futureResult) {
     const auto unknown = std::string("no future of ") + step + " to complete, or completed before";
-    const auto &future = futureOf(handle, unknown);
+    const auto &future = futureOf(handle, unknown.c_str());
     if (future.parent != object || future.step != step)
         misuse(ML2SIM_XR_MISUSE_FUTURE, XR_ERROR_FUTURE_INVALID_EXT, unknown);
     if (mlTimeNow() < future.readyAt)

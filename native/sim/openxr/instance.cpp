@@ -55,20 +55,20 @@ void checkSystem(XrSystemId system) {
         misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_SYSTEM_INVALID, "no such system");
 }
 
-const char *nameOf(XrResult result) {
-    switch (static_cast<int>(result)) {
-#define XR_NAME(name, value)                                                                                           \
-    case value:                                                                                                        \
-        return #name;
-        XR_LIST_ENUM_XrResult(XR_NAME) case XR_ERROR_FUTURE_PENDING_EXT : return "XR_ERROR_FUTURE_PENDING_EXT";
-    case XR_ERROR_FUTURE_INVALID_EXT:
-        return "XR_ERROR_FUTURE_INVALID_EXT";
-    case XR_ERROR_PERMISSION_INSUFFICIENT:
-        return "XR_ERROR_PERMISSION_INSUFFICIENT";
-    default:
-        return nullptr;
-    }
-}
+// clang-format off
+#define ROW(name, ...) {name, #name},
+constexpr std::pair<XrResult, const char *> kNames[] = {
+    XR_LIST_ENUM_XrResult(ROW)
+    // Lists of older headers lack these.
+    ROW(XR_ERROR_FUTURE_PENDING_EXT) ROW(XR_ERROR_FUTURE_INVALID_EXT) ROW(XR_ERROR_PERMISSION_INSUFFICIENT)
+    ROW(XR_ERROR_MARKER_DETECTOR_PERMISSION_DENIED_ML) ROW(XR_ERROR_MARKER_DETECTOR_LOCATE_FAILED_ML)
+    ROW(XR_ERROR_MARKER_DETECTOR_INVALID_DATA_QUERY_ML) ROW(XR_ERROR_MARKER_DETECTOR_INVALID_CREATE_INFO_ML)
+    ROW(XR_ERROR_MARKER_INVALID_ML) ROW(XR_ERROR_LOCALIZATION_MAP_UNAVAILABLE_ML)
+    ROW(XR_ERROR_LOCALIZATION_MAP_FAIL_ML) ROW(XR_ERROR_LOCALIZATION_MAP_IMPORT_EXPORT_PERMISSION_DENIED_ML)
+    ROW(XR_ERROR_LOCALIZATION_MAP_PERMISSION_DENIED_ML)
+};
+#undef ROW
+// clang-format on
 
 } // namespace
 
@@ -125,9 +125,10 @@ XrResult xrPollEvent(XrInstance instance, XrEventDataBuffer *event) {
 XrResult xrResultToString(XrInstance instance, XrResult value, char buffer[XR_MAX_RESULT_STRING_SIZE]) {
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
-        const char *name = nameOf(value);
-        if (name != nullptr)
-            std::strcpy(buffer, name);
+        const auto name =
+            std::find_if(std::begin(kNames), std::end(kNames), [&](auto &it) { return it.first == value; });
+        if (name != std::end(kNames))
+            std::strcpy(buffer, name->second);
         else
             std::snprintf(buffer, XR_MAX_RESULT_STRING_SIZE, "XR_UNKNOWN_%s_%d", value < 0 ? "FAILURE" : "SUCCESS",
                           value);

@@ -1,6 +1,7 @@
 // The state of the simulated runtime, and the checks that its entry points share.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <deque>

@@ -1,5 +1,7 @@
 #include "canvas.h"
 
+#include <algorithm>
+
 #include "hash.h"
 
 namespace ml2sim {

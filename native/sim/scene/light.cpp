@@ -1,5 +1,7 @@
 #include "light.h"
 
+#include <algorithm>
+
 #include "paint.h"
 
 namespace ml2sim {

@@ -1,5 +1,7 @@
 #include "pyramid.h"
 
+#include <algorithm>
+
 namespace ml2sim {
 namespace {
 

@@ -2,6 +2,8 @@
 #include "spline.h"
 #include "trajectory.h"
 
+#include <algorithm>
+#include <array>
 #include <fstream>
 #include <sstream>
 

@@ -1,5 +1,6 @@
 // Depth as a decoder reads it that was written here, from A. D. Wilson's paper and the layout of
 // compressed_depth_image_transport.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>

@@ -1,4 +1,5 @@
 // The JPEGs of the library as libjpeg reads them, beside those that libjpeg makes of the same pixels.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>

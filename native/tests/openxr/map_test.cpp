@@ -1,4 +1,5 @@
 // The map in which the headset is localized, and the rules of the simulated runtime for it.
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <optional>
@@ -204,7 +205,7 @@ TEST_F(Map, FailuresAreTyped) {
     runtime("fault.map.fails", "1");
     ASSERT_EQ(open("Second room"), ML2S_OK);
     poll(ML2S_VENDOR_FAILURE);
-    EXPECT_STREQ(error.message, "xrRequestMapLocalizationML: XR_UNKNOWN_FAILURE_-1000139002 (-1000139002)");
+    EXPECT_STREQ(error.message, "xrRequestMapLocalizationML: XR_ERROR_LOCALIZATION_MAP_FAIL_ML (-1000139002)");
 }
 
 TEST_F(Map, ARuntimeWithoutTheExtensionIsSaid) {

@@ -1,4 +1,5 @@
 // Markers of the room, and how the source follows the detector.
+#include <algorithm>
 #include <cstring>
 #include <map>
 
@@ -242,7 +243,7 @@ TEST_F(Markers, WhatCannotBeHadIsSaid) {
         const char *message;
     } const rows[] = {
         {"fault.markers.denied", ML2S_PERMISSION_DENIED,
-         "xrCreateMarkerDetectorML: XR_UNKNOWN_FAILURE_-1000138000 (-1000138000)"},
+         "xrCreateMarkerDetectorML: XR_ERROR_MARKER_DETECTOR_PERMISSION_DENIED_ML (-1000138000)"},
         {"fault.markers.unsupported", ML2S_NOT_AVAILABLE, "not available: markers (the system does not detect them)"},
     };
     for (const auto &row : rows) {

@@ -40,8 +40,9 @@ TEST_P(Poses, TheHeadIsWhereItTrulyIsAtTheTimeOfThePose) {
     const int64_t opened = ml2s_now();
     Sensor sensor(head);
     const auto first = sensor.pollReading();
-    if (ml2s_now() - opened < kInitializing)
+    if (ml2s_now() - opened < kInitializing) {
         EXPECT_EQ(first.is_tracked, isSdk() ? 0u : 1u) << "the vendor's tracking has just begun";
+    }
     tracked(sensor);
     const int64_t before = ml2s_now();
     const auto pose = sensor.pollReading();

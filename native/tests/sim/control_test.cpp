@@ -1,4 +1,5 @@
 // Keys, time and what ml2sim.h says of the truth.
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>

@@ -3,7 +3,7 @@ package dev.ml2sensors.simulator.simulated
 import java.nio.ByteBuffer
 
 /**
- * Cisco's encoder, if this machine has libopenh264.so.7. JNI_OnLoad of libml2sim_openh264.so, which [NativeBundle]
+ * Cisco's encoder, if this machine has it. JNI_OnLoad of libml2sim_openh264.so, which [NativeBundle]
  * loads, registers these functions. An encoder is used by one thread at a time.
  */
 internal object OpenH264 {
