@@ -30,8 +30,10 @@ comma := ,
 # The native library and its tests with sanitizers: folder, sanitizers, options of the build. Clang takes two thirds of GCC's time.
 define sanitized
 cmake -S native -B build/native/$(1) -G Ninja -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DML2S_SANITIZE=$(2)
-cmake --build build/native/$(1) --parallel 2 $(3)
+$(fixed_addresses) cmake --build build/native/$(1) --parallel 2 $(3)
 endef
+# Ubuntu's kernels choose addresses at random where sanitizers of clang before 18 have their own memory.
+fixed_addresses = $(shell setarch --addr-no-randomize true && echo setarch --addr-no-randomize)
 # With this variable set, each Python process would compile all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 maven_options := --no-transfer-progress -Dtest.timeout_s=$(PYTEST_TIMEOUT) $(if $(CI),--batch-mode)
@@ -170,7 +172,7 @@ check-native:
 
 fast-native:
 	$(call sanitized,address,address$(comma)undefined)
-	ctest --test-dir build/native/address --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure --exclude-regex sim_tests
+	$(fixed_addresses) ctest --test-dir build/native/address --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure --exclude-regex sim_tests
 
 check-kotlin:
 	$(if_unchecked) $(kotlin) build/native/bundle config/streams.yaml tests/conformance/vectors -- \
@@ -201,9 +203,9 @@ $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 
 test-native: setup-headset+test native ## Test the native library and its simulations, with sanitizers
 	$(call sanitized,address,address$(comma)undefined)
-	ctest --test-dir build/native/address --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure
+	$(fixed_addresses) ctest --test-dir build/native/address --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure
 	$(call sanitized,thread,thread,--target threaded)
-	ctest --test-dir build/native/thread --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure --label-regex threaded
+	$(fixed_addresses) ctest --test-dir build/native/thread --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure --label-regex threaded
 	$(pytest) native/tests
 
 test-kotlin: build ## Test the Kotlin library and the simulated headset
