@@ -119,8 +119,10 @@ private class Spent(val cpuNanos: Long, val allocatedBytes: Long) {
     companion object {
         fun now(): Spent {
             val sensors = threads.getThreadInfo(threads.allThreadIds).filter { it.threadName.startsWith("ml2s ") }
-            val ids = sensors.map { it.threadId } + Thread.currentThread().id
-            return Spent(ids.sumOf(threads::getThreadCpuTime), ids.sumOf(threads::getThreadAllocatedBytes))
+            return Spent(
+                threads.currentThreadCpuTime + sensors.sumOf { threads.getThreadCpuTime(it.threadId) },
+                threads.currentThreadAllocatedBytes + sensors.sumOf { threads.getThreadAllocatedBytes(it.threadId) },
+            )
         }
     }
 }

@@ -52,15 +52,14 @@ private fun measure(open: (LoopbackSink) -> TransportChannel): Measured = Loopba
     val head = ByteBuffer.allocateDirect(HEAD_BYTES)
     FrameHeader(kindCode = 16, length = FRAME_BYTES + HEAD_BYTES - FrameHeader.BYTES).writeTo(head)
     val pixels = ByteBuffer.allocateDirect(FRAME_BYTES)
-    val id = Thread.currentThread().id
-    val allocated = threads.getThreadAllocatedBytes(id)
+    val allocated = threads.currentThreadAllocatedBytes
     val cpuNanos = threads.currentThreadCpuTime
     val begin = System.nanoTime()
     repeat(FRAMES) { writer.write(head.clear(), pixels.clear()) }
     Measured(
         FRAMES * 1e9 / (System.nanoTime() - begin),
         (threads.currentThreadCpuTime - cpuNanos) / 1e3 / FRAMES,
-        (threads.getThreadAllocatedBytes(id) - allocated).toDouble() / FRAMES,
+        (threads.currentThreadAllocatedBytes - allocated).toDouble() / FRAMES,
     ).also { channel.close() }
 }
 
