@@ -28,6 +28,10 @@ main() {
     $is_check || fail "cannot write to your home folder ${HOME:-}, where Maven, ccache and npm keep what they load: put HOME=FOLDER before the command"
     exit 1
   fi
+  if [[ " $* " == *" headset "* && $(uname -m) != x86_64 ]]; then
+    $is_check || fail "the simulated headset runs on x86-64, this processor is $(uname -m): what needs no headset works, make setup and host_receiver/ml2-receiver"
+    exit 1
+  fi
   list=$(missing_packages "$@") || exit 1
   if [[ -n $list ]]; then mapfile -t missing <<<"$list"; fi
   if ((${#missing[@]} == 0)) && is_current; then return; fi
@@ -83,7 +87,7 @@ inputs() {
   } | sha256sum
 }
 
-apt_has() { [[ $(apt-cache search --names-only "^$1\$") ]]; }
+apt_has() { [[ $(apt-cache search --names-only "^${1//+/\\+}\$") ]]; }
 
 check_that_apt_has_python() {
   if [[ $* == *python3.12* ]] && ! apt_has python3.12-venv; then
@@ -92,7 +96,7 @@ check_that_apt_has_python() {
 }
 
 install_packages() {
-  local missing=("$@") become=()
+  local missing=("$@") become=() absent=() package
   if ! "$environment/find_python.sh" >/dev/null; then missing+=(python3.12-dev python3.12-venv); fi
   if ((${#missing[@]} == 0)); then return; fi
   command -v apt-get >/dev/null || fail "install these (named as in Debian) and run this again: ${missing[*]}"
@@ -104,8 +108,13 @@ install_packages() {
   "${become[@]}" apt-get update -qq -o APT::Update::Error-Mode=any ||
     fail "apt-get cannot read its lists of packages: mend what it says above (network, disk), then run this again"
   check_that_apt_has_python "${missing[@]}"
-  "${become[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}" ||
-    fail "apt-get did not install them: mend what it says above (network, disk), then run this again"
+  "${become[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}" && return
+  for package in "${missing[@]}"; do
+    apt_has "$package" || absent+=("$package")
+  done
+  ((${#absent[@]} == 0)) ||
+    fail "apt does not have ${absent[*]} here, as on Debian 12: install that in another way, or run targets that do without (make help)"
+  fail "apt-get did not install them: mend what it says above (network, disk), then run this again"
 }
 
 venv_is_usable() { # not after a move, nor after ROS came from apt or went

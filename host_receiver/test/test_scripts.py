@@ -10,9 +10,9 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
+from document import ROOT, files
 from waiting import LIMIT_S
 
-ROOT = Path(__file__).resolve().parents[2]
 NOBODY = 65534
 is_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root can be another user, or mount")
 
@@ -103,12 +103,9 @@ def test_tests_that_failed_are_named_last(checkout: Path) -> None:
 
 
 def test_every_script_says_it() -> None:
-    command = ["git", "grep", "-lE", "^#!/usr/bin/env (-S .+ )?bash"]
-    listed = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
-    if listed.returncode:
-        pytest.skip("this is no clone of git")
-    silent = {it for it in listed.stdout.split() if "/errors.sh" not in (ROOT / it).read_text()}
-    assert {Path(it).name for it in silent} == {
+    texts = {it: it.read_bytes() for it in files()}
+    scripts = {it for it, text in texts.items() if re.match(rb"#!/usr/bin/env (-S .+ )?bash", text)}
+    assert {it.name for it in scripts if b"/errors.sh" not in texts[it]} == {
         "ml2-headset",  # becomes another program, as the next
         "ml2-receiver",
         "run.sh",
@@ -148,6 +145,30 @@ def test_only_packages_of_the_asked_groups_are_installed(checkout: Path) -> None
     assert "package-of-receiver" in install
     assert "package-of-lint" in install
     assert "package-of-view" not in install
+
+
+def test_packages_that_apt_does_not_have_are_named(checkout: Path) -> None:
+    for package in ("some-package", "some-c++"):
+        lack(checkout, package)
+    apt_knows(checkout, "some-c++")
+    program(checkout, "apt-get", 'test "$1" = update')
+    program(checkout, "sudo", 'test "$1" = -n && shift; exec "$@"')
+    code, errors = run(checkout, "host_receiver/environment/setup.sh")
+    assert code == 1
+    assert errors[-1].startswith("setup: apt does not have some-package here, as on Debian 12: ")
+
+
+def test_on_another_processor_setup_says_what_works(checkout: Path) -> None:
+    program(checkout, "uname", "echo aarch64")
+    setup = "host_receiver/environment/setup.sh"
+    code, [error] = run(checkout, setup, "receiver", "headset")
+    assert code == 1
+    assert error.startswith("setup: the simulated headset runs on x86-64, this processor is aarch")
+    lack(checkout, "some-package")
+    program(checkout, "apt-get", "exit 100")
+    program(checkout, "sudo", 'test "$1" = -n && shift; exec "$@"')
+    _, errors = run(checkout, setup, "receiver")
+    assert "apt-get cannot read its lists" in errors[-1]
 
 
 def test_an_unknown_group_is_named_with_those_that_are(checkout: Path) -> None:
