@@ -1,5 +1,6 @@
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,9 @@ import pytest
 from command_line import refusal
 from ml2_receiver.cli import command_line, main
 
-WRAPPER = Path(__file__).resolve().parents[1] / "ml2-receiver"
+# As a shell has them
+MODULE = f"{shlex.quote(sys.executable)} -m ml2_receiver"
+FROM_A_CLONE = shlex.quote(str(Path(__file__).resolve().parents[1] / "ml2-receiver"))
 COMMANDS = [
     ["config", "check"],
     ["config", "show"],
@@ -58,12 +61,12 @@ def test_a_word_like_no_other_is_not_guessed() -> None:
 def test_an_output_that_is_missing_or_full_is_no_traceback(
     words: str, output: str, code: int, said: str
 ) -> None:
-    command = ["bash", "-c", f"exec {sys.executable} -m ml2_receiver {words} {output}"]
+    command = ["bash", "-c", f"exec {MODULE} {words} {output}"]
     done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (code, said)
 
 
-@pytest.mark.parametrize("program", [f"{sys.executable} -m ml2_receiver", WRAPPER])
+@pytest.mark.parametrize("program", [MODULE, FROM_A_CLONE], ids=["module", "clone"])
 @pytest.mark.parametrize("errors", ["2>&-", "2>/dev/full", "2> >(exec true)"])
 def test_an_error_that_cannot_be_written_is_still_exit_code_2(program: str, errors: str) -> None:
     command = ["bash", "-c", f"exec {program} unpair nobody {errors}"]
@@ -73,7 +76,7 @@ def test_an_error_that_cannot_be_written_is_still_exit_code_2(program: str, erro
 
 @pytest.mark.parametrize("output", [">&- 2>&-", ">/dev/full 2>&1"])
 def test_neither_output_is_needed(output: str) -> None:
-    command = ["bash", "-c", f"exec {WRAPPER} config show {output}"]
+    command = ["bash", "-c", f"exec {FROM_A_CLONE} config show {output}"]
     assert subprocess.run(command, check=False).returncode == (2 if "full" in output else 0)
 
 

@@ -5,6 +5,7 @@ Kotlin knows the types by the descriptions that rosidl installs, and its own by 
 
 import importlib
 import json
+import os
 import random
 import subprocess
 from collections.abc import Iterator
@@ -145,7 +146,8 @@ def kotlin(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     classes = ":".join(str(LIBRARY / part) for part in parts)
     program = "dev.ml2sensors.conformance.CdrExchange"
     files = [folder / "asked.json", folder / "answer.json"]
-    subprocess.run(["java", "-cp", classes, program, *files], check=True)
+    environment = os.environ | {"LC_ALL": "C.UTF-8"}  # Java takes the encoding of paths from it
+    subprocess.run(["java", "-cp", classes, program, *files], env=environment, check=True)
     answer: dict[str, Any] = json.loads((folder / "answer.json").read_text("utf-8"))
     return answer
 
