@@ -22,6 +22,7 @@ from configurations import only
 from counters import assert_counters_agree, await_more, have_arrived
 from full_load import FullLoad
 from processes import (
+    HEADSET,
     PREFIX,
     ROOT,
     Received,
@@ -43,6 +44,22 @@ OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
 GIVING_WAY = only(
     "world_left: {enabled: true}, other_sensors: {enabled: true}, head_pose: {enabled: true}"
 )
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount")
+def test_a_headset_runs_where_no_program_in_tmp_does() -> None:
+    headset = [str(HEADSET), "--receiver", "127.0.0.1:1", "--insecure", "--simulate", "no.such=1"]
+    in_own_mounts = [
+        "unshare",
+        "--mount",
+        "bash",
+        "-c",
+        'mount -t tmpfs -o noexec tmp /tmp && "$@"',
+    ]
+    done = subprocess.run(
+        [*in_own_mounts, "bash", *headset], stderr=subprocess.PIPE, text=True, check=False
+    )
+    assert 'the simulated device: unknown key "no.such"' in done.stderr  # by its native library
 
 
 def test_every_sensor_arrives(received: Received) -> None:
