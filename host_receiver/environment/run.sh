@@ -5,6 +5,7 @@
 set -euo pipefail
 receiver=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
 venv=$(dirname "$receiver")/build/venv
+unset PYTHONHOME PYTHONSAFEPATH # another Python's, or scripts without their neighbours
 
 if grep -qs 'include-system-site-packages = false' "$venv/pyvenv.cfg"; then
   # The wheels find their libraries themselves; those of another ROS in the caller's environment would go first.

@@ -9,6 +9,8 @@ set -euo pipefail
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 unset _ROS_WHEELS_BOOTSTRAP_COMPLETE # inherited from a Python with the wheels, it would hide the libraries of ours
+unset PYTHONHOME # of another Python
+export PIP_USER=0 # whoever has it on by default means it for other folders than build/venv
 
 environment=host_receiver/environment
 mkdir -p build || { echo "setup: cannot make the folder build in $PWD: give your user access to it" >&2; exit 1; }

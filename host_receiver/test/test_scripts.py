@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import pytest
 
@@ -176,6 +177,20 @@ def test_an_unknown_group_is_named_with_those_that_are(checkout: Path) -> None:
     assert code == 1
     [error] = errors
     assert error.startswith("setup: no group recieiver: receiver, headset, test")
+
+
+def test_folders_elsewhere_that_have_our_names_are_not_entered(checkout: Path) -> None:
+    (checkout / "elsewhere/host_receiver/environment").mkdir(parents=True)
+    command = f"CDPATH={checkout / 'elsewhere'} host_receiver/environment/setup.sh recieiver"
+    code, [error] = run(checkout, "bash", "-c", command)
+    assert (code, error[:26]) == (1, "setup: no group recieiver:")
+
+
+def test_variables_for_another_python_are_not_for_ours() -> None:
+    program = "import sys; print(sys.flags.safe_path)"
+    command: list[Any] = [ROOT / "host_receiver/environment/run.sh", "python3", "-c", program]
+    environment = os.environ | {"PYTHONHOME": "/nowhere", "PYTHONSAFEPATH": "1"}
+    assert subprocess.check_output(command, env=environment, text=True) == "False\n"
 
 
 def test_what_compiles_the_app_is_installed_for_every_build() -> None:
