@@ -1,6 +1,7 @@
 """A plugin of pytest: tests are alike in each user's shell, and after each other."""
 
 import os
+import subprocess
 from collections.abc import Iterator
 
 import pytest
@@ -14,6 +15,12 @@ _NAMES = {
 }
 # They say which ROS is installed.
 _KEPT = {"ROS_DISTRO", "ROS_PYTHON_VERSION", "ROS_VERSION"}
+
+# Root of a container may often do neither.
+_UNSHARE = ("unshare", "--mount", "--net", "true")
+MAY_MOUNT_AND_MAKE_NETWORKS = (
+    os.geteuid() == 0 and subprocess.run(_UNSHARE, capture_output=True, check=False).returncode == 0
+)
 
 for name in [*os.environ]:
     if name in _NAMES or (name.startswith(_PREFIXES) and name not in _KEPT):
