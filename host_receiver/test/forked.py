@@ -91,6 +91,7 @@ def _server() -> socket.socket:
     environ = {
         **os.environ,
         "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONFAULTHANDLER": "1",
         "PYTHONPATH": str(Path(__file__).parents[1]),
         # Its forks write theirs over long ones.
         "ROOM": " " * 8192,
@@ -125,17 +126,27 @@ def _load_type_supports() -> None:
 
 
 def _serve(connection: socket.socket) -> tuple[bytes, list[int]]:
-    """Forks for each request, and returns it in the fork."""
+    """Forks for each request, and returns it in the fork.
+
+    It forks as programs do that LTTng traces: then its threads hold no lock, and start in the fork.
+    """
     tracing = _tracing()
     while True:
         request, streams, _, _ = socket.recv_fds(connection, _MOST_BYTES, 3)
         if not request:
             sys.exit()
-        if (between := _fork(tracing)) == 0:
-            if (child := _fork(tracing)) == 0:
-                return request, streams
-            connection.send(str(child).encode())
-            os._exit(0)
+        signals = ctypes.create_string_buffer(128)
+        tracing["before_fork"](signals)
+        with warnings.catch_warnings(action="ignore"):  # which say that there are threads
+            between = os.fork()
+        if between == 0:
+            # It has no threads, of which its fork could inherit a lock.
+            if child := os.fork():
+                connection.send(str(child).encode())
+                os._exit(0)
+            tracing["after_fork_child"](signals)
+            return request, streams
+        tracing["after_fork_parent"](signals)
         for stream in streams:
             os.close(stream)
         os.waitpid(between, 0)
@@ -150,17 +161,6 @@ def _tracing() -> dict[str, Any]:
         it: getattr(library, f"lttng_ust_{it}", None) or getattr(library, f"ust_{it}")
         for it in ("before_fork", "after_fork_parent", "after_fork_child")
     }
-
-
-def _fork(tracing: dict[str, Any]) -> int:
-    """Forks as programs do that LTTng traces: its threads hold no lock, and start in the fork."""
-    signals = ctypes.create_string_buffer(128)
-    tracing["before_fork"](signals)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # which says that there are threads
-        child = os.fork()
-    tracing["after_fork_parent" if child else "after_fork_child"](signals)
-    return child
 
 
 def _own(file: str) -> Path:

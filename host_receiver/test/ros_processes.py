@@ -26,6 +26,7 @@ _own_domain = functools.cache(reserve_domain)
 def environment() -> dict[str, str]:
     """Returns the environment for children."""
     environ = {**os.environ, "PYTHONPATH": str(_HERE.parent), "PYTHONUNBUFFERED": "1"}
+    environ["PYTHONFAULTHANDLER"] = "1"
     environ["ROS_DOMAIN_ID"] = str(_own_domain())
     environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     return environ
@@ -104,20 +105,15 @@ class Child:
             f"neither SIGINT nor SIGTERM ends {self.process.args!r}; {self.errors}"
         )
 
-    def first_line(self) -> str:
-        """The next line; a program that prints none in time is killed, for nobody else would."""
-        try:
-            return self.line()
-        except AssertionError:
-            self.process.kill()
-            raise
-
     def line(self, timeout_s: float = LIMIT_S) -> str:
-        """The next line; fails when none comes."""
+        """The next line; when none comes, the program is left, and says where its threads are."""
         try:
             return self._lines.get(timeout=timeout_s)
         except queue.Empty:
-            raise AssertionError(f"no line within {timeout_s} s; {self.errors}") from None
+            self.process.send_signal(signal.SIGABRT)
+            self.__exit__()  # for in a constructor nobody else would
+            errors = "\n".join(self.errors)
+            raise AssertionError(f"no line within {timeout_s} s; {errors}") from None
 
     def object(self, timeout_s: float = LIMIT_S) -> Any:
         """The next line, which is JSON."""
@@ -157,7 +153,7 @@ class Receiver(Child):
     def __init__(self, config: Path, *options: str) -> None:
         listen = ("--config", str(config), "--listen", "127.0.0.1:0", "--insecure")
         super().__init__("-m", "ml2_receiver", "run", *listen, *options)
-        self.address = self.first_line().removeprefix("listening on ")
+        self.address = self.line().removeprefix("listening on ")
 
 
 class Recording(Child):
@@ -166,7 +162,7 @@ class Recording(Child):
     def __init__(self, folder: Path, config: Path, *options: str) -> None:
         listen = ("--config", str(config), "--listen", "127.0.0.1:0", "--insecure")
         super().__init__("-m", "ml2_receiver", "record", str(folder), *listen, *options)
-        self.address = self.first_line().removeprefix("listening on ")
+        self.address = self.line().removeprefix("listening on ")
         line = self.line()
         assert line.startswith(f"recording into {folder} "), line
         assert line.endswith("until Ctrl-C"), line

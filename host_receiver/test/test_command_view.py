@@ -363,7 +363,7 @@ def test_other_users_cannot_read_the_secret_in_the_words_of_the_browser(
     monkeypatch.setenv("BROWSER", f"sh {browser} %s")
     monkeypatch.setenv("HOME", str(tmp_path))
     with Child("-m", "ml2_receiver", "view", str(bag)) as view:
-        address = view.first_line().removeprefix("open ")
+        address = view.line().removeprefix("open ")
         words, mode, content = (view.line() for _ in range(3))
         assert address.partition("#")[2] not in words
         assert mode == "600"
@@ -378,7 +378,7 @@ def test_without_a_file_for_the_browser_the_address_is_there(
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setenv("HOME", str(tmp_path / "none"))
     with Child("-m", "ml2_receiver", "view", str(bag)) as view:
-        assert view.first_line().startswith("open http")
+        assert view.line().startswith("open http")
         view.await_error("no browser is started: ")
         assert view.end() == 0
 

@@ -13,6 +13,7 @@ import psutil
 import pytest
 
 from forked import ForkedPython
+from ros_processes import Child
 from waiting import await_true
 
 PROGRAM = """
@@ -60,6 +61,15 @@ def test_a_line_is_whole_whose_writer_stands_still_while_nobody_reads(tmp_path: 
         child.send_signal(signal.SIGCONT)
         assert child.stdout.read() == "x" * 1_000_000 + "\n"
     assert child.returncode == 0
+
+
+def test_where_a_program_hangs_is_said(tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text("print('ready')\ninput()")
+    with Child(str(program)) as child:
+        assert child.line() == "ready"
+        with pytest.raises(AssertionError, match=r'program.py", line 2 in <module>'):
+            child.line(0)
 
 
 def unread_bytes(pipe: int) -> int:

@@ -245,7 +245,7 @@ def test_it_needs_no_ros(room: Path) -> None:
     program = """import sys; sys.modules["rclpy"] = None
 from ml2_receiver.cli import main; sys.exit(main(["view", "--no-browser", sys.argv[1]]))"""
     with Child("-c", program, str(room)) as view:
-        assert view.first_line().startswith("open http://127.0.0.1:")
+        assert view.line().startswith("open http://127.0.0.1:")
 
 
 def test_it_ends_with_an_interrupt(room: Path) -> None:

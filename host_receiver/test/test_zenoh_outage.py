@@ -50,7 +50,7 @@ class Peer(Child):
 
     def __init__(self, *arguments: str) -> None:
         super().__init__(*arguments)
-        assert self.first_line() == "ready"
+        assert self.line() == "ready"
 
     def kill(self) -> None:
         self.process.kill()

@@ -21,7 +21,7 @@ class View(Child):
 
     def __init__(self, *options: str) -> None:
         super().__init__("-m", "ml2_receiver", "view", "--no-browser", *options)
-        self.url, self.token = self.first_line().removeprefix("open ").split("/#")
+        self.url, self.token = self.line().removeprefix("open ").split("/#")
 
 
 class Picture(NamedTuple):
