@@ -23,11 +23,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.utilities import try_shutdown
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from contact_sheet import write_contact_sheet
+from ml2_receiver.ros.context import end_node
 from ml2_receiver.ros.fastdds import apply_default_profile
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.ros.spinning import spin_until, wake
@@ -213,8 +213,7 @@ def spun_observer(
         wake(executor)  # a shutdown would take from the spinner what it waits with
         spinner.join()
         executor.shutdown()
-        observer.destroy_node()
-        try_shutdown()
+        end_node(observer)
 
 
 def _print_apart_from_libraries() -> None:

@@ -1,5 +1,6 @@
-"""Executors that spin for months."""
+"""Executors that spin for months, and the end of their nodes."""
 
+import ctypes
 import gc
 import threading
 from collections.abc import Callable, Iterator
@@ -13,13 +14,20 @@ from rclpy.node import Node
 from rclpy.task import Task
 
 from configurations import only
-from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.context import (
+    end_node,
+    fastdds_library,
+    fastdds_participant,
+    start_node_named,
+    tool_node,
+)
 from ml2_receiver.ros.spinning import spin_until, wake
 from ml2_tools.live.receiver_client import ReceiverClient
 from ros_processes import Receiver
 from waiting import LIMIT_S
 
 CONFIG = only("battery: {enabled: true}")
+LISTENER = "_ZNK8eprosima7fastdds3dds17DomainParticipant12get_listenerEv"
 # The number of objects of a Python program differs by so many from one moment to another.
 NOISE = 60
 
@@ -88,3 +96,17 @@ def test_another_thread_ends_it_without_a_message(executor: SingleThreadedExecut
     wake(executor)
     spinner.join(LIMIT_S)
     assert not spinner.is_alive()
+
+
+@pytest.mark.usefixtures("ros_of_children")
+def test_a_node_that_ends_hears_no_more_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    node = start_node_named("ending")
+    listener = getattr(fastdds_library(), LISTENER)
+    listener.restype = ctypes.c_void_p
+    of_node = ctypes.c_void_p(fastdds_participant(node))
+    heard = [listener(of_node)]
+    monkeypatch.setattr(node, "destroy_node", lambda: heard.append(listener(of_node)))
+    end_node(node)
+    Node.destroy_node(node)
+    assert heard[0] is not None
+    assert heard[1:] == [None]

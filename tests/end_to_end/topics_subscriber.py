@@ -17,6 +17,7 @@ from pathlib import Path
 import rclpy
 from rclpy.qos import QoSProfile
 
+from ml2_receiver.ros.context import end_node
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_tools.live.faults import Faults
 from waiting import LIMIT_S
@@ -40,8 +41,7 @@ def main(types: dict[str, str], count: int, output: Path) -> None:
         pause.wait(_POLL_S)
     taker.stop()
     output.write_bytes(pickle.dumps({name: (types[name], taken[name]) for name in types}))
-    node.destroy_node()
-    rclpy.shutdown()
+    end_node(node)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from .context import start_node
+from .context import end_node, start_node
 from .layout import described, plain
 from .raw_taker import RawTaker
 
@@ -142,8 +142,7 @@ def _main(descriptor: str, name: str, namespace: str, *arguments: str) -> None:
         node = make(name, spare.context)
         _Child(messages, node).run(itertools.chain([first], sys.stdin))
         node.destroy_node()
-    spare.destroy_node()
-    rclpy.shutdown(context=spare.context)
+    end_node(spare)
 
 
 if __name__ == "__main__":

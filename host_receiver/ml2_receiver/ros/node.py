@@ -4,12 +4,11 @@ import threading
 from collections.abc import Sequence
 from typing import Self
 
-import rclpy
 import rclpy.utilities
 from rclpy.executors import SingleThreadedExecutor
 
 from ..configuration.config import Config
-from .context import start_node
+from .context import end_node, start_node
 from .parameters import ParameterNode
 from .spinning import spin_until, wake
 
@@ -83,8 +82,7 @@ class RosNode:
         if self._spinner.is_alive():
             return  # a callback that hangs uses them
         self._executor.shutdown()
-        self.parameters.destroy_node()
-        rclpy.shutdown(context=self._context)
+        end_node(self.parameters)
 
     def _spin(self) -> None:
         while self._context.ok() and not self._is_ending.is_set():

@@ -9,14 +9,13 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from ml2_receiver.ros.context import count_publishers, start_node_named
+from ml2_receiver.ros.context import count_publishers, end_node, start_node_named
 from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..errors import ExportError
@@ -88,8 +87,7 @@ def read_live_rig(
         return observer.rig(cameras, mounting)
     finally:
         executor.shutdown()
-        observer.node.destroy_node()
-        rclpy.shutdown(context=observer.node.context)
+        end_node(observer.node)
 
 
 class _Observer:

@@ -3,11 +3,10 @@
 import threading
 from typing import Self
 
-import rclpy
 from builtin_interfaces.msg import Time
 from rosgraph_msgs.msg import Clock
 
-from ml2_receiver.ros.context import start_node_named
+from ml2_receiver.ros.context import end_node, start_node_named
 
 from ..errors import PlaybackError
 from .timeline import Timeline
@@ -48,8 +47,7 @@ class RosClock:
     def __exit__(self, *_: object) -> None:
         self._leaving.set()
         self._thread.join()
-        self._node.destroy_node()
-        rclpy.shutdown(context=self._node.context)
+        end_node(self._node)
 
     def _publish(self) -> None:
         while not self._leaving.wait(_PERIOD_S):
