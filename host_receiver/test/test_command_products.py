@@ -17,6 +17,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header, String
 
 from compressed_images import FORMAT, compressed_depth
+from ml2_receiver.ros.context import end_node
 from ros_processes import Child, environment
 from waiting import LIMIT_S
 
@@ -52,8 +53,7 @@ class Graph:
 
     def close(self) -> None:
         self.executor.shutdown()
-        self.node.destroy_node()
-        rclpy.shutdown(context=self.context)
+        end_node(self.node)
 
 
 @pytest.fixture

@@ -22,6 +22,7 @@ from tf2_msgs.msg import TFMessage
 
 from camera_messages import camera_info, stamped, transform_of
 from command_line import refusal
+from ml2_receiver.ros.context import end_node
 from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation import live
 from ml2_tools.evaluation.live import record_live
@@ -80,8 +81,7 @@ class Headset:
         return image
 
     def close(self) -> None:
-        self.node.destroy_node()
-        rclpy.shutdown(context=self.context)
+        end_node(self.node)
 
 
 def _metadata(stamp: Time) -> str:

@@ -20,6 +20,7 @@ from tf2_msgs.msg import TFMessage
 from camera_messages import camera_info, stamped, transform_of
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.mounts import save_mounts
+from ml2_receiver.ros.context import end_node
 from test_export_euroc import MOUNT, OPTIONS
 from waiting import LIMIT_S
 
@@ -87,9 +88,8 @@ class RigHeadset:
     def close(self) -> None:
         self._executor.shutdown()
         self._thread.join()
-        for node in (self._headset, self._robot):
-            node.destroy_node()
-        rclpy.shutdown(context=self._context)
+        self._robot.destroy_node()
+        end_node(self._headset)
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from rclpy.task import Future
 
 import own_package
 from ml2_receiver import cli
+from ml2_receiver.ros.context import end_node
 from rclpy_messages import ENCAPSULATION, cdr, installed, some
 from ros_domain import reserve_domain
 
@@ -167,8 +168,7 @@ class Echo:
 
     def __exit__(self, *_: object) -> None:
         self._executor.shutdown()
-        self._node.destroy_node()
-        self._context.shutdown()
+        end_node(self._node)
 
     def _take(self, payload: bytes) -> None:
         self._future.set_result(payload)

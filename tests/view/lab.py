@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, Page, ViewportSize
 from rclpy.context import Context
 from rclpy.node import Node
 
+from ml2_receiver.ros.context import end_node
 from processes import (
     RECEIVER,
     headset_command,
@@ -54,13 +55,13 @@ class Lab:
     @contextlib.contextmanager
     def node(self, name: str) -> Iterator[Node]:
         """Another program's node in the ROS domain of the processes."""
-        with contextlib.ExitStack() as stack:
-            context = Context()
-            rclpy.init(context=context, domain_id=int(self.environment["ROS_DOMAIN_ID"]))
-            stack.callback(context.shutdown)
-            node = rclpy.create_node(name, context=context)
-            stack.callback(node.destroy_node)
+        context = Context()
+        rclpy.init(context=context, domain_id=int(self.environment["ROS_DOMAIN_ID"]))
+        node = rclpy.create_node(name, context=context)
+        try:
             yield node
+        finally:
+            end_node(node)
 
 
 def new_page(browser: Browser, color_scheme: Literal["dark", "light"] | None = None) -> Page:

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Sequence
 from typing import Self
 
+import rclpy  # whose absence is named
 import rclpy.utilities
 from rclpy.executors import SingleThreadedExecutor
 
