@@ -153,7 +153,8 @@ def _progress() -> "Iterator[Progress]":
         task = bars.add_task("")
 
         def show(step: str, done: int, total: int) -> None:
-            bars.update(task, description=step, completed=done, total=total or None)
+            begins = step != bars.tasks[0].description  # and is drawn at once, as it may be short
+            bars.update(task, description=step, completed=done, total=total or None, refresh=begins)
 
         yield show
 
