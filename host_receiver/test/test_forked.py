@@ -65,10 +65,10 @@ def test_a_line_is_whole_whose_writer_stands_still_while_nobody_reads(tmp_path: 
 
 def test_where_a_program_hangs_is_said(tmp_path: Path) -> None:
     program = tmp_path / "program.py"
-    program.write_text("print('ready')\ninput()")
+    program.write_text("print('ready'); input()")
     with Child(str(program)) as child:
         assert child.line() == "ready"
-        with pytest.raises(AssertionError, match=r'program.py", line 2 in <module>'):
+        with pytest.raises(AssertionError, match=r'program.py", line 1 in <module>'):
             child.line(0)
 
 
