@@ -671,10 +671,11 @@ def test_a_device_that_reads_slowly_costs_neither_session_nor_memory(
         before_bytes = own_bytes(receiver)
         while book(node, "/large").get(dropped, 0) * 60_000 < 4 * MOST_GROWTH_BYTES:
             assert publisher.process.stdin is not None
-            publisher.process.stdin.write("200\n")
-            publisher.process.stdin.flush()
-            published = int(publisher.line())
-            take()
+            for _ in range(20):  # between two diagnostics, for which each book() waits
+                publisher.process.stdin.write("50\n")
+                publisher.process.stdin.flush()
+                published = int(publisher.line())
+                take()
         assert own_bytes(receiver) - before_bytes < MOST_GROWTH_BYTES
 
         app.exchange_time(1)  # the session lives, and its other lanes go on
