@@ -1,6 +1,7 @@
-"""A plugin of pytest: tests are alike in each user's shell, and after each other."""
+"""A plugin of pytest: tests are alike in each user's shell or script, and after each other."""
 
 import os
+import signal
 import subprocess
 from collections.abc import Iterator
 
@@ -25,6 +26,9 @@ MAY_MOUNT_AND_MAKE_NETWORKS = (
 for name in [*os.environ]:
     if name in _NAMES or (name.startswith(_PREFIXES) and name not in _KEPT):
         del os.environ[name]
+
+# In the background of a script a command ignores it, and so would all that tests start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(autouse=True, scope="session")

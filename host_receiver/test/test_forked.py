@@ -72,6 +72,14 @@ def test_where_a_program_hangs_is_said(tmp_path: Path) -> None:
             child.line(0)
 
 
+def test_programs_of_tests_in_the_background_of_a_script_can_be_interrupted() -> None:
+    words = "import own_environment, signal; print(signal.getsignal(signal.SIGINT).__name__)"
+    command = ["env", "--ignore-signal=INT", sys.executable, "-c", words]
+    folder = Path(__file__).parent
+    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    assert run.stdout == "default_int_handler\n"
+
+
 def unread_bytes(pipe: int) -> int:
     count = array.array("i", [0])
     fcntl.ioctl(pipe, termios.FIONREAD, count)
